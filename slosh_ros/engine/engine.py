@@ -1,0 +1,237 @@
+"""The engine: motion samples in, loads out. The same code live and offline."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slosh_ros.engine.config import SloshConfig, TankConfig
+from slosh_ros.engine.gate import SampleGate, Verdict
+from slosh_ros.engine.kinematics import Pose
+from slosh_ros.engine.sample import MotionSample
+from slosh_ros.modal.integrator import ModalIntegrator
+from slosh_ros.modal.loads import LoadMatrices, cross_matrix, wrench_transform
+from slosh_ros.modal.validity import is_valid
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """
+    What the liquid does to the tanks at one instant.
+
+    Wrenches are force [N] and moment [N m] stacked, in axes and about the origin of the output frame.
+
+    Attributes
+    ----------
+    sample : MotionSample
+        The sample that led to them; the loads bear its stamp.
+    wrench : array, shape (6,)
+        Sloshing part, eqs (15)-(20): zero for a frozen liquid.
+    total : array, shape (6,)
+        Everything: weight, rigid part with the Stokes-Joukowski inertia, sloshing.
+    state : array, shape (6,)
+        Sloshing part without feed-through of acceleration.
+    elevation_max : float
+        Largest height or depth of the wave against the mean level [m].
+    valid : bool
+        Whether the wave is mild enough for linear theory.
+    """
+
+    sample: MotionSample
+    wrench: Array
+    total: Array
+    state: Array
+    elevation_max: float
+    valid: bool
+
+    @property
+    def stamp(self) -> int:
+        """Time of the sample [ns]."""
+        return self.sample.stamp
+
+
+class SloshEngine:
+    """
+    Integrates the liquid in all tanks of a vehicle, one motion sample at a time.
+
+    Parameters
+    ----------
+    config : SloshConfig
+        The vehicle's tanks and its sensor. The modal coefficients are solved for here.
+    """
+
+    def __init__(self, config: SloshConfig) -> None:
+        self.config = config
+        self.gate = SampleGate(config.gate)
+        self.warnings: Counter[str] = Counter()
+        self.tanks = tuple(
+            TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks
+        )
+        self._rates = _RateFilter(config.angular_acceleration_cutoff)
+
+    @property
+    def coupling(self) -> Array:
+        """Wrench per acceleration (s, alpha) of the output frame, shape (6, 6)."""
+        return np.sum([tank.coupling for tank in self.tanks], axis=0)
+
+    def reset(self) -> None:
+        """Forget the motion: the next good sample finds the liquid at rest."""
+        self.gate.reset()
+
+    def feed(self, sample: MotionSample) -> tuple[Verdict, Loads | None]:
+        """
+        Take one sample.
+
+        Parameters
+        ----------
+        sample : MotionSample
+            In sensor axes, of the sensor's point.
+
+        Returns
+        -------
+        verdict : Verdict
+            What the gate decided.
+        loads : Loads or None
+            Loads at the sample's stamp; None if it was rejected.
+        """
+        verdict, interval = self.gate.judge(sample)
+        if not verdict.accepted:
+            return verdict, None
+        continuous = verdict is Verdict.ACCEPTED
+        motion = np.stack([sample.force, sample.velocity, sample.rate])
+        derivative = self._rates.differentiate(motion[1:], interval if continuous else 0.0)
+        wrench, total, state = np.zeros(6), np.zeros(6), np.zeros(6)
+        elevation_max, valid = 0.0, True
+        for tank in self.tanks:
+            tank.take(motion, interval, verdict)
+            parts = tank.loads(motion, derivative)
+            wrench, total, state = wrench + parts[0], total + parts[1], state + parts[2]
+            elevation = tank.elevation_max()
+            elevation_max = max(elevation_max, elevation)
+            valid = valid and is_valid(elevation, tank.coefficients.liquid)
+        return verdict, Loads(sample, wrench, total, state, elevation_max, valid)
+
+
+class TankModel:
+    """
+    The liquid of one tank, driven by the sensor.
+
+    Parameters
+    ----------
+    config : TankConfig
+        The tank.
+    sensor : Pose
+        Of the sensor in base_link.
+    output_frame : str
+        `base_link` or `tank_link`.
+    """
+
+    def __init__(self, config: TankConfig, sensor: Pose, output_frame: str) -> None:
+        self.config = config
+        c = self.coefficients = config.coefficients()
+        at_surface = config.pose.offset(np.array([0.0, 0.0, c.liquid.surface_height]))
+        seen = sensor.seen_from(at_surface)
+        self._rotation = seen.rotation  # from sensor axes to tank axes
+        self._arm = seen.origin  # of the sensor from O, in tank axes
+        self._arm_cross = cross_matrix(self._arm)
+
+        # lambda^P_k = lambda_k - (r_P x lambda_T)_k: coupling about the sensor's point, THEORY 2.1
+        force = c.coupling[:, :3]
+        about_sensor = c.coupling[:, 3:] - np.cross(self._arm, force)
+        self._force_gain = force / c.mu[:, None]
+        self._carried_gain = np.hstack([force, about_sensor]) / c.mu[:, None]
+
+        output = config.pose if output_frame == 'tank_link' else Pose.identity()
+        out = at_surface.seen_from(output)
+        transform = wrench_transform(out.rotation, out.origin)
+        self._loads = LoadMatrices.of(c, config.damping_ratio).moved(transform)
+        self.coupling = self._loads.coupling @ transform.T
+        self._modes = ModalIntegrator(c.omega, config.damping_ratio)
+
+    @property
+    def beta(self) -> Array:
+        """Modal coordinates [m], shape (n,)."""
+        return self._modes.beta
+
+    @property
+    def beta_rate(self) -> Array:
+        """Modal velocities [m/s], shape (n,)."""
+        return self._modes.beta_rate
+
+    def take(self, motion: Array, interval: float, verdict: Verdict) -> None:
+        """
+        Move the liquid to the instant of a sample.
+
+        Parameters
+        ----------
+        motion : array, shape (3, 3)
+            Force, velocity and rate of the sample, a row each, in sensor axes.
+        interval : float
+            Time since the last sample [s].
+        verdict : Verdict
+            How the sample was accepted.
+        """
+        force, velocity, rate = motion @ self._rotation.T
+        driving = self._force_gain @ (force - _centripetal(rate, self._arm))
+        carried = self._carried_gain @ np.concatenate([velocity, rate])
+        if verdict.from_rest:
+            self._modes.start(driving, carried)
+        elif verdict is Verdict.COASTED:
+            self._modes.coast(interval, driving, carried)
+        else:
+            self._modes.advance(interval, driving, carried)
+
+    def loads(self, motion: Array, derivative: Array) -> tuple[Array, Array, Array]:
+        """
+        Wrenches at the sample last taken: sloshing, total, sloshing without feed-through.
+
+        Parameters
+        ----------
+        motion : array, shape (3, 3)
+            Force, velocity and rate, a row each, in sensor axes.
+        derivative : array, shape (2, 3)
+            Time derivatives of velocity and rate, in sensor axes.
+        """
+        force, _, rate = motion @ self._rotation.T
+        velocity_rate, alpha = derivative @ self._rotation.T
+        # specific force of O from that of the sensor's point, which lies at arm
+        specific = force + velocity_rate + self._arm_cross @ alpha - _centripetal(rate, self._arm)
+        acceleration = np.concatenate([specific, alpha])
+        state = self._loads.state(self.beta, self.beta_rate)
+        wrench = state + self._loads.coupling @ acceleration
+        return wrench, wrench + self._loads.rigid @ acceleration, state
+
+    def elevation_max(self) -> float:
+        """Largest height or depth of the wave over the mean free surface [m]."""
+        return float(np.abs(self.coefficients.surface_shapes @ self.beta).max())
+
+
+def _centripetal(rate: Array, arm: Array) -> Array:
+    """Centripetal acceleration omega x (omega x r); np.cross would cost ten times more."""
+    return (rate @ arm) * rate - (rate @ rate) * arm
+
+
+class _RateFilter:
+    """Backward difference with a first-order low-pass, for the loads only."""
+
+    def __init__(self, cutoff: float) -> None:
+        self._corner = 2.0 * math.pi * cutoff
+        self._last = np.zeros((2, 3))
+        self._derivative = np.zeros((2, 3))
+
+    def differentiate(self, values: Array, interval: float) -> Array:
+        """Derivative after an interval [s]; an interval of 0 starts anew with zero."""
+        if interval == 0.0:
+            self._derivative = np.zeros((2, 3))
+        else:
+            slope = (values - self._last) / interval
+            keep = math.exp(-self._corner * interval) if self._corner else 0.0
+            self._derivative = slope + keep * (self._derivative - slope)
+        self._last = values
+        return self._derivative

@@ -1,0 +1,138 @@
+"""The policy for stamps and values: which samples the engine takes, and how."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from enum import Enum
+
+from slosh_ros.engine.sample import MotionSample
+
+NANOSECONDS = 1_000_000_000
+
+
+class Verdict(Enum):
+    """What the gate decided on a sample; the value says it to people."""
+
+    STARTED = 'started from rest'
+    ACCEPTED = 'accepted'
+    COASTED = 'accepted after a gap in which the liquid moved freely'
+    RESTARTED_GAP = 'restarted from rest after a very long gap'
+    RESTARTED_BACKWARD = 'restarted from rest after a backward jump of the stamps'
+    ZERO_STAMP = 'rejected: zero stamp'
+    DUPLICATE = 'rejected: duplicate stamp'
+    LATE = 'rejected: late'
+    NON_FINITE = 'rejected: not finite'
+    OUT_OF_RANGE = 'rejected: magnitude out of range'
+    WRONG_FRAME = 'rejected: frame_id is not input.imu_frame'
+    NO_DATA = 'rejected: accelerometer marked absent by its covariance'
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the sample was used."""
+        return not self.value.startswith('rejected')
+
+    @property
+    def from_rest(self) -> bool:
+        """Whether the liquid was put to rest with this sample."""
+        return self in (Verdict.STARTED, Verdict.RESTARTED_GAP, Verdict.RESTARTED_BACKWARD)
+
+
+@dataclass(frozen=True)
+class GatePolicy:
+    """
+    Limits of the gate; see the parameters `gate.*`.
+
+    Attributes
+    ----------
+    max_gap : float
+        Longest interval between samples that the motion is interpolated over [s].
+    reset_gap : float
+        Interval beyond which the liquid starts from rest [s].
+    backward_jump : float
+        A stamp older than the last by more than this starts anew; by less, it is late [s].
+    max_specific_force, max_angular_rate, max_speed : float
+        Largest believable magnitudes [m/s^2], [rad/s], [m/s].
+    """
+
+    max_gap: float
+    reset_gap: float
+    backward_jump: float
+    max_specific_force: float
+    max_angular_rate: float
+    max_speed: float
+
+
+class SampleGate:
+    """
+    Judges samples in the order of arrival and counts the verdicts.
+
+    Parameters
+    ----------
+    policy : GatePolicy
+        The limits.
+    """
+
+    def __init__(self, policy: GatePolicy) -> None:
+        self._policy = policy
+        self._last: int | None = None
+        self.counts: Counter[Verdict] = Counter()
+
+    def reset(self) -> None:
+        """Forget the last stamp: the next good sample starts anew. The counts stay."""
+        self._last = None
+
+    def judge(self, sample: MotionSample) -> tuple[Verdict, float]:
+        """
+        Decide on a sample.
+
+        Returns
+        -------
+        verdict : Verdict
+            What to do with it.
+        interval : float
+            Time since the last accepted sample [s]; 0 where the liquid starts from rest.
+        """
+        last = self._last
+        verdict = self._verdict(sample, last)
+        self.counts[verdict] += 1
+        if not verdict.accepted:
+            return verdict, 0.0
+        self._last = sample.stamp
+        if last is None or verdict.from_rest:
+            return verdict, 0.0
+        return verdict, (sample.stamp - last) / NANOSECONDS
+
+    def refuse(self, verdict: Verdict) -> Verdict:
+        """Count a message that cannot even become a sample."""
+        self.counts[verdict] += 1
+        return verdict
+
+    def _verdict(self, sample: MotionSample, last: int | None) -> Verdict:
+        policy = self._policy
+        if sample.stamp <= 0:
+            return Verdict.ZERO_STAMP
+        for values, limit in (
+            (sample.force.tolist(), policy.max_specific_force),
+            (sample.rate.tolist(), policy.max_angular_rate),
+            (sample.velocity.tolist(), policy.max_speed),
+        ):
+            if not all(map(math.isfinite, values)):
+                return Verdict.NON_FINITE
+            if max(map(abs, values)) > limit:
+                return Verdict.OUT_OF_RANGE
+        if last is None:
+            return Verdict.STARTED
+        if sample.stamp == last:
+            return Verdict.DUPLICATE
+        interval = (sample.stamp - last) / NANOSECONDS
+        if interval < -policy.backward_jump:
+            return Verdict.RESTARTED_BACKWARD
+        if interval < 0.0:
+            return Verdict.LATE
+        if interval > policy.reset_gap:
+            return Verdict.RESTARTED_GAP
+        if interval > policy.max_gap:
+            return Verdict.COASTED
+        return Verdict.ACCEPTED

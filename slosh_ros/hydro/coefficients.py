@@ -1,0 +1,92 @@
+"""The common end of all routes: the modal coefficients of a liquid in a tank."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slosh_ros.tank import LiquidAtRest
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.81  # [m/s^2] throughout, as in the paper
+
+
+@dataclass(frozen=True, eq=False)
+class ModalCoefficients:
+    """
+    Modal coefficients of the liquid in a tank, about O, the centre of the mean free surface.
+
+    Tank axes: x forward, y left, z up. Modes stand by rising natural frequency. Their shapes f_j are
+    scaled to max|f_j| = 1 on the mean free surface and are positive towards -x and -y, so that
+    lambda_1 < 0 for surge modes and lambda_2 < 0 for sway modes.
+
+    Attributes
+    ----------
+    route : str
+        How the coefficients were found.
+    density : float
+        Density of the liquid [kg/m^3].
+    liquid : LiquidAtRest
+        Geometry of the liquid at rest.
+    names : tuple of str
+        One name a mode: half-waves along x and y, as `x1`, `y3`, `x1y1`.
+    omega : array, shape (n,)
+        Natural frequencies [rad/s].
+    mu : array, shape (n,)
+        Modal masses, eq (10) [kg].
+    coupling : array, shape (n, 6)
+        lambda_1, lambda_2, 0 [kg] and lambda_4, lambda_5, lambda_6 [kg m], eqs (11)-(14).
+    inertia_stokes_joukowski : array, shape (3, 3)
+        Inertia of the liquid under a closed lid (Stokes-Joukowski) about O [kg m^2].
+    surface_points : array, shape (m, 2)
+        Points x, y of the mean free surface at which the shapes are known [m].
+    surface_shapes : array, shape (m, n)
+        The mode shapes f_j there [-].
+    """
+
+    route: str
+    density: float
+    liquid: LiquidAtRest
+    names: tuple[str, ...]
+    omega: Array
+    mu: Array
+    coupling: Array
+    inertia_stokes_joukowski: Array
+    surface_points: Array
+    surface_shapes: Array
+
+    @property
+    def mass(self) -> float:
+        """Mass of the liquid [kg]."""
+        return self.density * self.liquid.volume
+
+    @property
+    def inertia_frozen(self) -> Array:
+        """Inertia of the frozen liquid about O [kg m^2], shape (3, 3)."""
+        return self.density * self.liquid.inertia
+
+    @property
+    def static_residual(self) -> Array:
+        """
+        Part of the hydrostatic moment that the modes kept here do not carry, shape (2,) [kg m].
+
+        The surface moments rho I_xx and rho I_yy less their modal sums g lambda^2/(mu omega^2):
+        zero with all modes (Parseval, THEORY 2.2).
+        """
+        modal = (GRAVITY / (self.mu * self.omega**2)) @ self.coupling[:, :2] ** 2
+        return self.density * np.array(self.liquid.surface_inertia) - modal
+
+    def lowest(self, count: int) -> ModalCoefficients:
+        """Keep the `count` modes of lowest natural frequency."""
+        kept = slice(0, count)
+        return replace(
+            self,
+            names=self.names[kept],
+            omega=self.omega[kept],
+            mu=self.mu[kept],
+            coupling=self.coupling[kept],
+            surface_shapes=self.surface_shapes[:, kept],
+        )

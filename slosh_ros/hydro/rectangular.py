@@ -1,0 +1,114 @@
+"""
+Rectangular tank by closed form (THEORY 3).
+
+Modes (a, b): f = cos k_a(x + L/2) cos k_b(y + B/2) with k_a = pi a/L, k_b = pi b/B, and
+phi = f cosh k(z + d)/cosh kd, kappa = k tanh kd, k^2 = k_a^2 + k_b^2.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from slosh_ros.hydro.coefficients import GRAVITY, Array, ModalCoefficients
+from slosh_ros.tank import Rectangle, UniformTank
+
+_SURFACE_POINTS = 33  # along each side; odd, so that the centre line is among them
+_SERIES_TERMS = 200  # of the inertia sums, whose terms fall as m^-5: 1e-12 of the sum is left
+
+
+def rectangular_coefficients(
+    tank: UniformTank, depth: float, density: float, modes: int
+) -> ModalCoefficients:
+    """
+    Closed-form coefficients of the coupling modes of lowest natural frequency.
+
+    Parameters
+    ----------
+    tank : UniformTank
+        Of rectangular section.
+    depth : float
+        Depth of the liquid [m].
+    density : float
+        Density of the liquid [kg/m^3].
+    modes : int
+        Number of modes.
+
+    Raises
+    ------
+    TypeError
+        If the section is not a rectangle.
+    """
+    if not isinstance(tank.section, Rectangle):
+        raise TypeError('the closed form needs a rectangular section')
+    length, width = tank.length, tank.section.width
+    pairs = _lowest_coupling_pairs(length, width, modes)
+    a, b = np.array(pairs, dtype=float).T
+    k_a, k_b = np.pi * a / length, np.pi * b / width
+    k = np.hypot(k_a, k_b)
+    kappa = k * np.tanh(k * depth)
+    plan = length * width / np.where((a > 0) & (b > 0), 4.0, 2.0)  # integral of f^2 dS
+
+    coupling = np.zeros((len(pairs), 6))
+    surge, sway, yaw = b == 0, a == 0, (a > 0) & (b > 0)
+    moment_arm = 2.0 * np.tanh(k * depth / 2.0) / k
+    coupling[surge, 0] = -2.0 * density * width / k[surge] ** 2
+    coupling[surge, 4] = -coupling[surge, 0] * moment_arm[surge]
+    coupling[sway, 1] = -2.0 * density * length / k[sway] ** 2
+    coupling[sway, 3] = coupling[sway, 1] * moment_arm[sway]
+    coupling[yaw, 5] = (
+        4.0 * density * (k_b**2 - k_a**2)[yaw] / (k_a[yaw] * k_b[yaw] * k[yaw]) ** 2
+    )
+
+    x = np.linspace(-length / 2.0, length / 2.0, _SURFACE_POINTS)
+    y = np.linspace(-width / 2.0, width / 2.0, _SURFACE_POINTS)
+    points = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
+    shapes = np.cos(np.outer(points[:, 0] + length / 2.0, k_a)) * np.cos(
+        np.outer(points[:, 1] + width / 2.0, k_b)
+    )
+    return ModalCoefficients(
+        route='closed form',
+        density=density,
+        liquid=tank.filled(depth),
+        names=tuple(mode_name(int(i), int(j)) for i, j in pairs),
+        omega=np.sqrt(GRAVITY * kappa),
+        mu=density * plan / kappa,  # eq (10)
+        coupling=coupling,
+        inertia_stokes_joukowski=density * _stokes_joukowski(length, width, depth),
+        surface_points=points,
+        surface_shapes=shapes,
+    )
+
+
+def mode_name(a: int, b: int) -> str:
+    """Name a mode by its half-waves along x and across y: `x1`, `y3`, `x1y1`."""
+    return (f'x{a}' if a else '') + (f'y{b}' if b else '')
+
+
+def _lowest_coupling_pairs(length: float, width: float, modes: int) -> list[tuple[int, int]]:
+    """Pairs (a, b) that couple (each odd or zero), by rising wave number, hence frequency."""
+    orders = [0, *range(1, 2 * modes, 2)]
+    coupling = [
+        (a, b)
+        for a, b in itertools.product(orders, orders)
+        # a square plan leaves lambda_6 = 0 for a = b
+        if (a or b) and not (a and b and np.isclose(a / length, b / width, rtol=1e-12))
+    ]
+    return sorted(coupling, key=lambda ab: (np.hypot(ab[0] / length, ab[1] / width), ab[1]))[:modes]
+
+
+def _stokes_joukowski(length: float, width: float, depth: float) -> Array:
+    """Inertia of the liquid under a closed lid about O, for unit density [m^5]."""
+    m = np.arange(1, 2 * _SERIES_TERMS, 2)
+
+    def edge_sum(span: float, side: float) -> float:
+        return float(64.0 * side**4 / np.pi**5 * np.sum(np.tanh(m * np.pi * span / 2 / side) / m**5.0))
+
+    # J_44, J_55, J_66 of THEORY 3
+    roll = length * (depth * width**3 / 12.0 + edge_sum(width, depth))
+    pitch = width * (depth * length**3 / 12.0 + edge_sum(length, depth))
+    yaw = depth * (
+        width * length**3 / 12.0 - length * width**3 / 4.0 + edge_sum(length, width)
+    )
+    return np.diag([roll, pitch, yaw])

@@ -1,0 +1,130 @@
+"""Tanks of uniform section along x with flat ends, and the liquid at rest in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from slosh_ros.tank.section import Array, Circle, Rectangle, Section, SectionMoments
+
+
+@dataclass(frozen=True, eq=False)
+class LiquidAtRest:
+    """
+    The liquid in a tank at rest, for unit density.
+
+    Attributes
+    ----------
+    depth : float
+        Greatest depth [m].
+    fill_ratio : float
+        Fraction of the tank's volume.
+    volume : float
+        Volume of the liquid [m^3].
+    surface_height : float
+        Height of the mean free surface (of its centre O) in the tank frame [m].
+    freeboard : float
+        Height of the roof above the mean free surface [m].
+    centroid : array, shape (3,)
+        Centroid about O, tank axes [m].
+    inertia : array, shape (3, 3)
+        Inertia of the frozen liquid about O over its density, tank axes [m^5].
+    surface_inertia : tuple of float
+        Integrals of x^2 dS and y^2 dS over the mean free surface [m^4].
+    """
+
+    depth: float
+    fill_ratio: float
+    volume: float
+    surface_height: float
+    freeboard: float
+    centroid: Array
+    inertia: Array
+    surface_inertia: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class UniformTank:
+    """
+    A tank of uniform section along x with flat ends.
+
+    The tank frame has x forward, y left, z up and its origin at the centre of the inner bounding
+    box, whatever the fill.
+
+    Parameters
+    ----------
+    shape : str
+        Name of the shape, as in the configuration.
+    section : Section
+        Cross-section.
+    length : float
+        Inner length [m].
+    """
+
+    shape: str
+    section: Section
+    length: float
+
+    @property
+    def volume(self) -> float:
+        """Volume of the whole tank [m^3]."""
+        return self.section.area * self.length
+
+    @property
+    def height(self) -> float:
+        """Inner height [m]."""
+        return self.section.bounding_box[1]
+
+    def fill_ratio(self, depth: float) -> float:
+        """Fraction of the volume that a liquid of the given greatest depth [m] takes."""
+        return self.section.moments(depth).area / self.section.area
+
+    def depth(self, fill_ratio: float) -> float:
+        """Greatest depth [m] at which the liquid takes this fraction (0..1) of the volume."""
+        edge = 1e-12 * self.height
+        return float(
+            brentq(
+                lambda depth: self.fill_ratio(depth) - fill_ratio,
+                edge,
+                self.height - edge,
+                xtol=1e-15 * self.height,
+                rtol=4 * float(np.finfo(float).eps),
+            )
+        )
+
+    def filled(self, depth: float) -> LiquidAtRest:
+        """
+        Describe the liquid at rest.
+
+        Parameters
+        ----------
+        depth : float
+            Greatest depth [m], between 0 and the inner height.
+        """
+        length = self.length
+        m: SectionMoments = self.section.moments(depth)
+        xx = m.area * length**3 / 12.0
+        yy, zz = m.yy * length, m.zz * length
+        width = 2.0 * m.half_width
+        return LiquidAtRest(
+            depth=depth,
+            fill_ratio=m.area / self.section.area,
+            volume=m.area * length,
+            surface_height=depth - self.height / 2.0,
+            freeboard=self.height - depth,
+            centroid=np.array([0.0, 0.0, m.z / m.area]),
+            inertia=np.diag([yy + zz, xx + zz, xx + yy]),
+            surface_inertia=(width * length**3 / 12.0, length * width**3 / 12.0),
+        )
+
+
+def rectangular(length: float, width: float, height: float) -> UniformTank:
+    """Box of the given inner length (x), width (y) and height (z) [m]."""
+    return UniformTank('rectangular', Rectangle(width, height), length)
+
+
+def cylinder_x(radius: float, length: float) -> UniformTank:
+    """Horizontal circular cylinder of the given inner radius and length (x) [m], flat ends."""
+    return UniformTank('cylinder_x', Circle(radius), length)
