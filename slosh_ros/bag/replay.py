@@ -1,0 +1,137 @@
+"""Replaying a recorded drive through the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slosh_ros.bag.reader import MotionBag
+from slosh_ros.bag.writer import LoadsWriter
+from slosh_ros.engine import Loads, SloshEngine, feed_message
+from slosh_ros.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+class Recording:
+    """
+    Loads kept in memory, for plots and tables.
+
+    Parameters
+    ----------
+    engine : SloshEngine
+        Whose loads they are.
+    """
+
+    def __init__(self, engine: SloshEngine) -> None:
+        self._to_base = engine.config.sensor.rotation
+        self.source = engine.config.source
+        self.frame = engine.config.output_frame
+        self._loads: list[Loads] = []
+
+    def write(self, loads: Loads) -> None:
+        """Append the loads of one sample."""
+        self._loads.append(loads)
+
+    def finish(self) -> None:
+        """Nothing is left to do."""
+
+    def abandon(self) -> None:
+        """Nothing is left behind."""
+
+    @property
+    def time(self) -> Array:
+        """Time since the first sample [s], shape (n,)."""
+        first = self._loads[0].stamp
+        return np.array([(loads.stamp - first) * 1e-9 for loads in self._loads])
+
+    @property
+    def force(self) -> Array:
+        """Measured specific force (without the derivative of a measured speed), base axes."""
+        return np.array([loads.sample.force for loads in self._loads]) @ self._to_base.T
+
+    @property
+    def velocity(self) -> Array:
+        """Measured velocity, base axes [m/s], shape (n, 3)."""
+        return np.array([loads.sample.velocity for loads in self._loads]) @ self._to_base.T
+
+    @property
+    def rate(self) -> Array:
+        """Measured angular rate, base axes [rad/s], shape (n, 3)."""
+        return np.array([loads.sample.rate for loads in self._loads]) @ self._to_base.T
+
+    @property
+    def wrench(self) -> Array:
+        """Sloshing wrench [N], [N m], shape (n, 6)."""
+        return np.array([loads.wrench for loads in self._loads])
+
+    @property
+    def total(self) -> Array:
+        """Total wrench [N], [N m], shape (n, 6)."""
+        return np.array([loads.total for loads in self._loads])
+
+    @property
+    def elevation_max(self) -> Array:
+        """Largest wave height [m], shape (n,)."""
+        return np.array([loads.elevation_max for loads in self._loads])
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Whether the wave was mild enough for linear theory, shape (n,)."""
+        return np.array([loads.valid for loads in self._loads])
+
+
+def replay(
+    bag: MotionBag,
+    engine: SloshEngine,
+    writers: Iterable[LoadsWriter],
+    progress: Callable[[int], None] = lambda _: None,
+) -> int:
+    """
+    Feed a bag to the engine, message by message, as the node would.
+
+    Parameters
+    ----------
+    bag : MotionBag
+        The drive.
+    engine : SloshEngine
+        The engine; its gate counts what was rejected and why.
+    writers : iterable of LoadsWriter
+        Where the loads go. They are completed here, or abandoned if the bag is damaged.
+    progress : callable
+        Told the receive time [ns] of every message.
+
+    Returns
+    -------
+    int
+        Number of loads written.
+
+    Raises
+    ------
+    InputError
+        If the bag is damaged or none of its samples could be used.
+    """
+    writers = list(writers)
+    written = 0
+    try:
+        for message, received in bag.messages():
+            _, loads = feed_message(engine, message, received)
+            progress(received)
+            if loads is not None:
+                written += 1
+                for writer in writers:
+                    writer.write(loads)
+        if not written:
+            reasons = ', '.join(f'{n} {v.value}' for v, n in engine.gate.counts.items())
+            raise InputError(
+                f'{bag.topic} has no sample that could be used ({reasons or "it is empty"})'
+            )
+    except BaseException:
+        for writer in writers:
+            writer.abandon()
+        raise
+    for writer in writers:
+        writer.finish()
+    return written

@@ -1,0 +1,132 @@
+"""Writing loads: a table as CSV, or a bag of WrenchStamped."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+from typing import IO, Any, Protocol
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from slosh_ros.engine import Loads
+from slosh_ros.errors import InputError
+
+_NANOSECONDS = 1_000_000_000
+COLUMNS = (
+    'stamp_ns,fx,fy,fz,mx,my,mz,'
+    'total_fx,total_fy,total_fz,total_mx,total_my,total_mz,elevation_max,valid'
+)
+
+
+class LoadsWriter(Protocol):
+    """Takes loads one by one; what it writes appears at its place only when complete."""
+
+    def write(self, loads: Loads) -> None:
+        """Append the loads of one sample."""
+
+    def finish(self) -> None:
+        """Complete the file and put it in place."""
+
+    def abandon(self) -> None:
+        """Leave no trace."""
+
+
+class CsvWriter:
+    """One row a sample, doubles in full."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._part = path.with_name(path.name + '.part')
+        self._file: IO[str] = self._part.open('w', encoding='ascii')
+        self._file.write(COLUMNS + '\n')
+
+    def write(self, loads: Loads) -> None:
+        """Append the loads of one sample."""
+        numbers = [*loads.wrench.tolist(), *loads.total.tolist(), loads.elevation_max]
+        row = ','.join(map(repr, numbers))
+        self._file.write(f'{loads.stamp},{row},{int(loads.valid)}\n')
+
+    def finish(self) -> None:
+        """Complete the file and put it in place."""
+        self._file.close()
+        self._part.replace(self._path)
+
+    def abandon(self) -> None:
+        """Leave no trace."""
+        self._file.close()
+        self._part.unlink()
+
+
+class BagWriter:
+    """Topics `/slosh_node/wrench` and `/slosh_node/wrench_total`, as the node publishes them."""
+
+    def __init__(self, path: Path, frame: str) -> None:
+        self._path = path
+        self._frame = frame
+        self._folder = Path(tempfile.mkdtemp(prefix='.slosh_replay_', dir=path.parent))
+        self._types = get_typestore(Stores.ROS2_JAZZY)
+        self._writer = Writer(
+            self._folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP
+        )
+        self._writer.open()
+        self._wrench, self._total = (
+            self._writer.add_connection(
+                f'/slosh_node/{name}', 'geometry_msgs/msg/WrenchStamped', typestore=self._types
+            )
+            for name in ('wrench', 'wrench_total')
+        )
+
+    def write(self, loads: Loads) -> None:
+        """Append the loads of one sample."""
+        self._append(self._wrench, loads.stamp, loads.wrench.tolist())
+        self._append(self._total, loads.stamp, loads.total.tolist())
+
+    def finish(self) -> None:
+        """Complete the bag and put it in place."""
+        self._writer.close()
+        (written,) = (self._folder / 'bag').glob('*.mcap')
+        written.replace(self._path)
+        shutil.rmtree(self._folder)
+
+    def abandon(self) -> None:
+        """Leave no trace."""
+        self._writer.close()
+        shutil.rmtree(self._folder)
+
+    def _append(self, connection: Connection, stamp: int, wrench: list[float]) -> None:
+        kind: dict[str, Any] = self._types.types
+        vector = kind['geometry_msgs/msg/Vector3']
+        seconds, nanoseconds = divmod(stamp, _NANOSECONDS)
+        message = kind['geometry_msgs/msg/WrenchStamped'](
+            header=kind['std_msgs/msg/Header'](
+                stamp=kind['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds),
+                frame_id=self._frame,
+            ),
+            wrench=kind['geometry_msgs/msg/Wrench'](
+                force=vector(*wrench[:3]), torque=vector(*wrench[3:])
+            ),
+        )
+        raw = self._types.serialize_cdr(message, connection.msgtype)
+        self._writer.write(connection, stamp, raw)
+
+
+def writer_for(path: Path, frame: str) -> LoadsWriter:
+    """
+    Choose the writer by the ending of the path.
+
+    Raises
+    ------
+    InputError
+        If the ending is neither `.csv` nor `.mcap`, or the place cannot be written to.
+    """
+    try:
+        if path.suffix == '.csv':
+            return CsvWriter(path)
+        if path.suffix == '.mcap':
+            return BagWriter(path, frame)
+    except OSError as error:
+        raise InputError(f'{path}: cannot be written: {error.strerror}') from error
+    raise InputError(f"{path}: its ending must be .csv or .mcap, not '{path.suffix}'")

@@ -1,0 +1,254 @@
+"""The `slosh` command: coefficients, checks and replay, without ROS."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+import slosh_ros
+from slosh_ros.bag import MotionBag, Recording, writer_for
+from slosh_ros.bag import replay as replay_bag
+from slosh_ros.engine import SloshConfig, SloshEngine
+from slosh_ros.engine.config import TankConfig
+from slosh_ros.engine.convert import IMU, input_type
+from slosh_ros.errors import InputError
+from slosh_ros.hydro import ModalCoefficients
+
+app = typer.Typer(
+    help='Sloshing loads of partly filled tanks.',
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+_WIDTH = 100  # of the tables; narrower terminals wrap them rather than cut their numbers
+_out = Console(width=max(_WIDTH, Console().width), highlight=False)
+_err = Console(stderr=True, soft_wrap=True, highlight=False)
+
+_LAMBDAS = {1: 'kg', 2: 'kg', 4: 'kg m', 5: 'kg m', 6: 'kg m'}
+
+ConfigFile = Annotated[Path, typer.Argument(metavar='CONFIG', help='ROS 2 parameter file.')]
+
+
+@app.callback(invoke_without_command=True)
+def slosh(
+    version: Annotated[bool, typer.Option('--version', help='Print the version.')] = False,
+) -> None:
+    """Sloshing loads of partly filled tanks."""
+    if version:
+        print(slosh_ros.__version__)
+        raise typer.Exit
+
+
+@app.command()
+def modes(
+    config: ConfigFile,
+    tank: Annotated[str | None, typer.Option(help='Name of one of several tanks.')] = None,
+    fill: Annotated[float | None, typer.Option(help='Fill ratio in place of the one in CONFIG.')] = None,
+    as_json: Annotated[bool, typer.Option('--json', help='Print JSON.')] = False,
+    plot: Annotated[Path | None, typer.Option(help='Draw the surface shapes: PNG, SVG, PDF.')] = None,
+) -> None:
+    """Print the modal coefficients of a tank."""
+    chosen = _with_fill(_one_tank(SloshConfig.from_file(config), config, tank), fill)
+    coefficients = chosen.coefficients()
+    if as_json:
+        print(json.dumps(_as_json(chosen, coefficients), indent=2))
+    else:
+        _print_modes(chosen, coefficients)
+    if plot is not None:
+        from slosh_ros.study.plots import plot_modes
+
+        plot_modes(chosen.name, coefficients, plot)
+
+
+@app.command()
+def check(
+    files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Parameter files.')],
+) -> None:
+    """Check parameter files as the node would."""
+    for file in files:
+        tanks = SloshConfig.from_file(file).tanks
+        held = ', '.join(
+            f'{t.name} ({t.tank.shape}, {t.tank.fill_ratio(t.depth):.1%} full)' for t in tanks
+        )
+        print(f'{file}: good: {held}')
+
+
+@app.command()
+def replay(
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='ROS 2 or ROS 1 bag.')],
+    config: Annotated[Path, typer.Option(help='ROS 2 parameter file.')],
+    imu: Annotated[str | None, typer.Option(help='Topic of the Imu.')] = None,
+    twist: Annotated[str | None, typer.Option(help='Topic of the Twist.')] = None,
+    out: Annotated[Path | None, typer.Option(help='Write the loads: .csv or .mcap.')] = None,
+    plot: Annotated[Path | None, typer.Option(help='Draw the loads: PNG, SVG, PDF.')] = None,
+    start: Annotated[float, typer.Option(help='Leave out the first seconds.', min=0.0)] = 0.0,
+    duration: Annotated[float | None, typer.Option(help='Replay so many seconds.', min=0.0)] = None,
+) -> None:
+    """Replay a recorded drive: the node's own numbers, without ROS."""
+    settings = SloshConfig.from_file(config)
+    if imu is not None and twist is not None:
+        raise InputError('--imu and --twist are both given; choose one input')
+    if imu is not None or twist is not None:
+        settings = replace(settings, source='imu' if twist is None else 'twist')
+    engine = SloshEngine(settings)
+    kind = input_type(engine)
+    topic, default = (imu, '/imu/data') if kind == IMU else (twist, '/twist')
+    recording = Recording(engine)
+    with MotionBag(bag, kind, topic, default, start, duration) as source:
+        writers = [recording, *([writer_for(out, settings.output_frame)] if out else [])]
+        with _progress(source) as advance:
+            count = replay_bag(source, engine, writers, advance)
+    _print_replay(recording, engine, source.topic, count)
+    if plot is not None:
+        from slosh_ros.study.plots import plot_replay
+
+        plot_replay(recording, f'{bag.name}: {source.topic}', plot)
+
+
+def main() -> None:
+    """Run the command; bad input ends in one clear message and exit code 1."""
+    try:
+        app()
+    except InputError as error:
+        _err.print(f'[bold red]error:[/] {_plain(str(error))}')
+        sys.exit(1)
+
+
+def _table(*heads: str) -> Table:
+    """Make a table whose heads carry their units on a second line."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    for head in heads:
+        table.add_column(_plain(head.replace(' [', '\n[')), justify='right', no_wrap=True)
+    return table
+
+
+def _plain(text: str) -> str:
+    return text.replace('[', r'\[')
+
+
+def _one_tank(settings: SloshConfig, path: Path, name: str | None) -> TankConfig:
+    names = [tank.name for tank in settings.tanks]
+    if name is None and len(names) > 1:
+        raise InputError(f'{path}: has the tanks {", ".join(names)}; choose one with --tank')
+    if name is not None and name not in names:
+        raise InputError(f'{path}: has no tank {name}; it has {", ".join(names)}')
+    return settings.tanks[names.index(name) if name else 0]
+
+
+def _with_fill(tank: TankConfig, ratio: float | None) -> TankConfig:
+    if ratio is None:
+        return tank
+    if not 0.01 <= ratio <= 0.99:
+        raise InputError(f'--fill is {ratio:g}; it must be a ratio from 0.01 to 0.99')
+    return replace(tank, depth=tank.tank.depth(ratio))
+
+
+def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
+    return {
+        'tank': tank.name,
+        'route': c.route,
+        'mass': c.mass,
+        'volume': c.liquid.volume,
+        'surface_height': c.liquid.surface_height,
+        'centroid': c.liquid.centroid.tolist(),
+        'inertia_frozen': c.inertia_frozen.tolist(),
+        'inertia_stokes_joukowski': c.inertia_stokes_joukowski.tolist(),
+        'modes': [
+            {
+                'name': name,
+                'omega': float(c.omega[j]),
+                'mu': float(c.mu[j]),
+                'lambda': c.coupling[j].tolist(),
+                'damping_ratio': float(tank.damping_ratio[j]),
+            }
+            for j, name in enumerate(c.names)
+        ],
+    }
+
+
+def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
+    liquid = c.liquid
+    _out.print(
+        f'[bold]{tank.name}[/]: {tank.tank.shape}, {liquid.fill_ratio:.1%} full, '
+        f'{liquid.depth:.3f} m deep, {c.mass:.1f} kg at {c.density:g} kg/m^3 ({c.route})'
+    )
+    _out.print(
+        f'mean free surface O at z = {liquid.surface_height:+.4f} m in the tank frame; '
+        f'centroid {liquid.centroid[2]:+.4f} m from O'
+    )
+    inertia = _table('inertia about O', *(f'{k} [kg m^2]' for k in ('roll', 'pitch', 'yaw')))
+    for name, tensor in (
+        ('frozen', c.inertia_frozen),
+        ('Stokes-Joukowski', c.inertia_stokes_joukowski),
+    ):
+        inertia.add_row(name, *(f'{value:.6g}' for value in np.diag(tensor)))
+    _out.print(inertia)
+
+    lambdas = [f'lambda_{k} [{unit}]' for k, unit in _LAMBDAS.items()]
+    table = _table('mode', 'omega [rad/s]', 'period [s]', 'damping', 'mu [kg]', *lambdas)
+    for j, name in enumerate(c.names):
+        table.add_row(
+            name,
+            f'{c.omega[j]:.5f}',
+            f'{2.0 * np.pi / c.omega[j]:.3f}',
+            f'{tank.damping_ratio[j]:.4f}',
+            f'{c.mu[j]:.6g}',
+            *(f'{c.coupling[j, k - 1]:.6g}' if c.coupling[j, k - 1] else '-' for k in _LAMBDAS),
+        )
+    _out.print(table)
+    surge, sway = (c.coupling[:, :2] ** 2 / c.mu[:, None]).sum(axis=0) / c.mass
+    _out.print(f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways')
+
+
+def _print_replay(
+    recording: Recording, engine: SloshEngine, topic: str, count: int
+) -> None:
+    time, peaks = recording.time, np.abs(recording.wrench).max(axis=0)
+    totals = np.abs(recording.total).max(axis=0)
+    _out.print(f'{count} samples of {topic} over {time[-1]:.2f} s, loads in {recording.frame}')
+    table = _table('largest', 'sloshing', 'total', 'unit')
+    names = [f'force {axis}' for axis in 'xyz'] + [f'moment {axis}' for axis in 'xyz']
+    for k, name in enumerate(names):
+        unit = 'kN' if k < 3 else 'kN m'
+        table.add_row(name, f'{peaks[k] / 1e3:.3f}', f'{totals[k] / 1e3:.3f}', unit)
+    table.add_row('wave height', f'{recording.elevation_max.max():.3f}', '', 'm')
+    _out.print(table)
+    for verdict, number in engine.gate.counts.items():
+        if verdict.value != 'accepted':
+            _out.print(f'{number} {verdict.value}')
+    for warning, number in engine.warnings.items():
+        _out.print(f'[yellow]{number} x {warning}[/]')
+    beyond = int(np.count_nonzero(~recording.valid))
+    if beyond:
+        _out.print(
+            f'[yellow]{beyond} of {count} samples ({beyond / count:.1%}) have waves too high for '
+            'linear theory: take their loads with care (column valid)[/]'
+        )
+
+
+@contextmanager
+def _progress(source: MotionBag) -> Iterator[Callable[[int], None]]:
+    begin, end = source.span
+    with Progress(console=_err, transient=True) as bar:
+        task = bar.add_task(f'replaying {source.topic}', total=end - begin)
+        shown = begin
+
+        def advance(received: int) -> None:
+            nonlocal shown
+            if received - shown > (end - begin) // 200:
+                shown = received
+                bar.update(task, completed=received - begin)
+
+        yield advance

@@ -1,0 +1,60 @@
+"""The parameter table as ROS 2 parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+
+from slosh_ros.engine.parameters import Parameter, Value
+
+_ROS_OWN = ('use_sim_time', 'start_type_description_service')
+
+
+def given_parameters(node: Node) -> dict[str, object]:
+    """
+    Parameters that were given to a node on the command line or in a file, ROS 2's own left out.
+
+    The node must declare its overrides automatically, so that a misspelt one is seen, too.
+    """
+    given = {}
+    for name, parameter in node.get_parameters_by_prefix('').items():
+        if name in _ROS_OWN or name.startswith('qos_overrides.'):
+            continue
+        value = parameter.value
+        given[name] = value if isinstance(value, bool | int | float | str) else list(value or ())
+    return given
+
+
+def declare_all(node: Node, rows: Mapping[str, Parameter], values: Mapping[str, Value]) -> None:
+    """Declare the parameters in use, with descriptors, in place of the automatic declarations."""
+    for name, value in values.items():
+        if node.has_parameter(name):
+            node.undeclare_parameter(name)
+        node.declare_parameter(name, value, descriptor(rows[name]), ignore_override=True)
+
+
+def descriptor(row: Parameter) -> ParameterDescriptor:
+    """Describe a row of the table to `ros2 param describe`."""
+    unit = f' [{row.unit}]' if row.unit else ''
+    described = ParameterDescriptor(
+        name=row.name,
+        description=row.meaning + unit,
+        additional_constraints=row.constraints,
+        read_only=True,
+        dynamic_typing='|' in row.kind,
+    )
+    scalar: Callable[..., object] | None = {'double': FloatingPointRange, 'int': IntegerRange}.get(
+        row.kind
+    )
+    if scalar is FloatingPointRange and math.isfinite(row.lower):
+        described.floating_point_range = [
+            FloatingPointRange(from_value=row.lower, to_value=row.upper)
+        ]
+    if scalar is IntegerRange:
+        described.integer_range = [
+            IntegerRange(from_value=int(row.lower), to_value=int(row.upper), step=1)
+        ]
+    return described

@@ -1,0 +1,46 @@
+"""Start and end of a node's process."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable
+
+import rclpy
+from rclpy.exceptions import InvalidParameterException, ROSInterruptException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+from slosh_ros.errors import InputError
+
+try:  # the module of rcl's own errors has no public name
+    from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
+except ImportError:  # pragma: no cover
+    RCLError = UnknownROSArgsError = RuntimeError
+
+
+def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+    """
+    Make a node, spin it until Ctrl-C or SIGTERM, and return the exit code of the process.
+
+    A configuration that does not fit ends in one line on stderr and exit code 1.
+    """
+    node: Node | None = None
+    try:
+        rclpy.init(args=args)
+        node = make_node()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
+        pass
+    except (InputError, InvalidParameterException, RCLError, UnknownROSArgsError) as error:
+        # rcl repeats itself over several lines; the first says it
+        print(f'error: {str(error).splitlines()[0]}', file=sys.stderr)
+        return 1
+    finally:
+        # `ros2 launch` signals twice; the second must not interrupt the clean-up
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0

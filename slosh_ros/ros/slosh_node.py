@@ -1,0 +1,131 @@
+"""`slosh_node`: the vehicle's motion in, force and moment of the sloshing liquid out."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+from std_srvs.srv import Trigger
+
+from slosh_ros.engine import Loads, SloshConfig, SloshEngine, feed_message
+from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, input_type
+from slosh_ros.engine.parameters import resolved, rows_for
+from slosh_ros.ros import diagnostics
+from slosh_ros.ros.parameters import declare_all, given_parameters
+from slosh_ros.ros.runtime import run
+
+_INPUTS = {
+    IMU: (Imu, 'imu/data'),
+    TWIST: (Twist, 'twist'),
+    TWIST_STAMPED: (TwistStamped, 'twist'),
+}
+# Heard from reliable and best-effort sensors alike; deep enough for a burst after a stall
+_SENSOR = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_REPORT_PERIOD = 1.0  # [s]
+
+
+class SloshNode(Node):
+    """A thin shell around :class:`slosh_ros.engine.SloshEngine`."""
+
+    def __init__(self) -> None:
+        super().__init__('slosh_node', automatically_declare_parameters_from_overrides=True)
+        values = resolved(given_parameters(self))
+        self.engine = SloshEngine(SloshConfig.from_parameters(values))
+        tanks = [tank.config.name for tank in self.engine.tanks]
+        declare_all(self, rows_for(tanks), values)
+
+        self._last: Loads | None = None
+        self._fresh = False
+        self._rejected = 0
+        self._wrench, self._total, self._state = (
+            self.create_publisher(WrenchStamped, f'~/{name}', 10)
+            for name in ('wrench', 'wrench_total', 'wrench_state')
+        )
+        self._message = WrenchStamped()
+        self._message.header.frame_id = self.engine.config.output_frame
+        self._coupling = self.create_publisher(Float64MultiArray, '~/coupling', _LATCHED)
+        self._coupling.publish(self._coupling_message())
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        # a steady clock: reports go on while simulated time stands still
+        self.create_timer(
+            _REPORT_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        kind, topic = _INPUTS[input_type(self.engine)]
+        subscription = self.create_subscription(
+            kind,
+            topic,
+            self._on_motion,
+            _SENSOR,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        self._topic = subscription.topic_name
+        modes = sum(len(tank.coefficients.omega) for tank in self.engine.tanks)
+        mass = sum(tank.coefficients.mass for tank in self.engine.tanks)
+        self.get_logger().info(
+            f'ready: {mass:.0f} kg of liquid in {len(tanks)} tank(s), {modes} modes; '
+            f'listening on {self._topic}'
+        )
+
+    def _on_motion(self, message: Any) -> None:
+        _, loads = feed_message(self.engine, message, self.get_clock().now().nanoseconds)
+        if loads is None:
+            return
+        self._last, self._fresh = loads, True
+        stamp = self._message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(loads.stamp, 1_000_000_000)
+        for publisher, wrench in (
+            (self._wrench, loads.wrench),
+            (self._total, loads.total),
+            (self._state, loads.state),
+        ):
+            force, torque = self._message.wrench.force, self._message.wrench.torque
+            force.x, force.y, force.z, torque.x, torque.y, torque.z = wrench.tolist()
+            publisher.publish(self._message)
+
+    def _coupling_message(self) -> Float64MultiArray:
+        """Wrench per acceleration of the output frame, row by row."""
+        message = Float64MultiArray(data=self.engine.coupling.ravel().tolist())
+        frame = self.engine.config.output_frame
+        message.layout.dim = [
+            MultiArrayDimension(label=f'wrench in {frame}: fx fy fz mx my mz', size=6, stride=36),
+            MultiArrayDimension(label=f'acceleration of {frame}: sx sy sz ax ay az', size=6, stride=6),
+        ]
+        return message
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.engine.reset()
+        response.success = True
+        response.message = 'the liquid starts from rest with the next good sample'
+        return response
+
+    def _report(self) -> None:
+        total = diagnostics.rejected(self.engine)
+        news, self._rejected = total - self._rejected, total
+        status = diagnostics.status(
+            self.engine, self.get_name(), self._topic, self._last, self._fresh, news
+        )
+        self._fresh = False
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
+        if news or self._last is None:
+            self.get_logger().warning(status.message)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run slosh_node until Ctrl-C or SIGTERM."""
+    sys.exit(run(SloshNode, args))
+
+
+if __name__ == '__main__':
+    main()

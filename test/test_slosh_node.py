@@ -1,0 +1,265 @@
+"""slosh_node as its users meet it: a process that is spoken to over DDS."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
+
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from geometry_msgs.msg import Twist, TwistStamped  # noqa: E402
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data  # noqa: E402
+from ros_rig import Driver, NodeProcess, imu, stamp_of, wrench_of  # noqa: E402
+from std_msgs.msg import Float64MultiArray  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
+
+SECOND = 1_000_000_000
+START = 100 * SECOND
+STEP = 10_000_000
+
+RECTANGLE = """/**:
+  ros__parameters:
+    tank:
+      shape: rectangular
+      length: 8.0
+      width: 2.0
+      height: 1.6
+      fill_depth: 0.8
+      damping_ratio: 0.02
+"""
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / 'rectangle.yaml'
+    file.write_text(RECTANGLE)
+    return file
+
+
+@pytest.fixture
+def node(tmp_path: Path, config: Path):
+    with NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(config)) as node:
+        node.wait_for('ready')
+        yield node
+
+
+@pytest.fixture
+def driver():
+    with Driver() as driver:
+        yield driver
+
+
+def call(driver: Driver, kind: type, name: str, request: object) -> object:
+    client = driver.node.create_client(kind, name)
+    driver.spin_until(client.service_is_ready)
+    future = client.call_async(request)
+    driver.spin_until(future.done)
+    return future.result()
+
+
+def diagnostics(driver: Driver) -> dict[str, str]:
+    """Values of the next report, with its message."""
+    reports: list[DiagnosticArray] = []
+    subscription = driver.node.create_subscription(
+        DiagnosticArray, '/diagnostics', reports.append, 10
+    )
+    driver.spin_until(lambda: len(reports) > 1)  # the second began after all that was sent
+    driver.node.destroy_subscription(subscription)
+    status = reports[-1].status[0]
+    return {item.key: item.value for item in status.values} | {'message': status.message}
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('busy', [False, True])
+def test_ends_cleanly_on_a_signal(node, driver, number, busy):
+    if busy:
+        driver.wait_for_node()
+        driver.exchange(imu(START))
+    assert node.stop(number) == 0
+    assert 'Traceback' not in node.output
+
+
+def test_second_interrupt_does_not_spoil_the_exit(node):
+    node._process.send_signal(signal.SIGINT)
+    assert node.stop(signal.SIGINT) == 0
+    assert 'Traceback' not in node.output
+
+
+def test_one_wrench_per_accepted_sample_with_its_stamp(node, driver):
+    driver.wait_for_node()
+    stamps = [START + k * STEP + (k % 3) for k in range(50)]
+    for stamp in stamps:
+        driver.exchange(imu(stamp, (0.3, 0.1, 9.81)))
+    for messages in driver.received.values():
+        assert [stamp_of(m) for m in messages] == stamps
+        assert {m.header.frame_id for m in messages} == {'base_link'}
+
+
+def test_resting_liquid_weighs_and_does_not_slosh(node, driver):
+    driver.wait_for_node()
+    for k in range(3):
+        slosh, total = driver.exchange(imu(START + k * STEP))
+    assert wrench_of(slosh) == [0.0] * 6
+    assert wrench_of(total) == pytest.approx([0, 0, -8 * 2 * 0.8 * 1000 * 9.81, 0, 0, 0])
+
+
+def test_braking_pushes_the_tank_forward(node, driver):
+    driver.wait_for_node()
+    for k in range(3):
+        slosh, total = driver.exchange(imu(START + k * STEP, (-1.0, 0.0, 9.81)))
+    assert wrench_of(total)[0] > 0
+    assert wrench_of(slosh)[0] < 0  # at first the liquid stays behind: less than the frozen load
+
+
+def test_rejected_samples_are_counted_and_unanswered(node, driver):
+    driver.wait_for_node()
+    good = [imu(START), imu(START + 5 * STEP), imu(START + 6 * STEP)]
+    nan, inf, huge = (imu(START + 5 * STEP + k, (v, 0.0, 9.81)) for k, v in ((1, float('nan')), (2, float('inf')), (3, 1e308)))
+    absent = imu(START + 5 * STEP + 4)
+    absent.linear_acceleration_covariance[0] = -1.0
+    driver.exchange(good[0])
+    driver.exchange(good[1])
+    for bad in (imu(0), good[1], imu(START + STEP), nan, inf, huge, absent):
+        driver.publisher.publish(bad)
+    driver.exchange(good[2])
+    assert [stamp_of(m) for m in driver.received['wrench']] == [
+        START, START + 5 * STEP, START + 6 * STEP
+    ]  # fmt: skip
+    seen = diagnostics(driver)
+    assert {key: seen.get(key) for key in seen if key.startswith('rejected')} == {
+        'rejected: zero stamp': '1',
+        'rejected: duplicate stamp': '1',
+        'rejected: late': '1',
+        'rejected: not finite': '2',
+        'rejected: magnitude out of range': '1',
+        'rejected: accelerometer marked absent by its covariance': '1',
+    }
+
+
+def test_backward_jump_restarts_from_rest(node, driver):
+    driver.wait_for_node()
+    for k in range(20):
+        slosh, _ = driver.exchange(imu(START + k * STEP, (1.0, 0.0, 9.81)))
+    assert wrench_of(slosh)[4] != 0
+    first = wrench_of(driver.received['wrench'][0])
+    slosh, _ = driver.exchange(imu(START - 50 * SECOND, (1.0, 0.0, 9.81)))
+    assert wrench_of(slosh) == first
+    assert diagnostics(driver)['restarted from rest after a backward jump of the stamps'] == '1'
+
+
+def test_reset_service_puts_the_liquid_to_rest(node, driver):
+    driver.wait_for_node()
+    for k in range(20):
+        driver.exchange(imu(START + k * STEP, (1.0, 0.0, 9.81)))
+    assert call(driver, Trigger, 'slosh_node/reset', Trigger.Request()).success
+    slosh, _ = driver.exchange(imu(START + 20 * STEP, (1.0, 0.0, 9.81)))
+    assert wrench_of(slosh) == wrench_of(driver.received['wrench'][0])
+
+
+def test_a_long_gap_never_becomes_one_step(node, driver):
+    """Free motion over 3 s: bounded by the energy that was there, not driven by 3 s of input."""
+    driver.wait_for_node()
+    for k in range(20):
+        driver.exchange(imu(START + k * STEP, (1.0, 0.0, 9.81)))
+    slosh, _ = driver.exchange(imu(START + 3 * SECOND))
+    assert abs(wrench_of(slosh)[0]) < 2e3  # driven through, it would be tens of kN
+    assert diagnostics(driver)['accepted after a gap in which the liquid moved freely'] == '1'
+
+
+def test_parameters_are_described_and_read_only(node, driver):
+    name = 'tank.fill_depth'
+    described = call(
+        driver, DescribeParameters, 'slosh_node/describe_parameters',
+        DescribeParameters.Request(names=[name]),
+    ).descriptors[0]  # fmt: skip
+    assert '[m]' in described.description
+    assert described.read_only
+    assert described.floating_point_range[0].from_value == 0.0
+    value = call(
+        driver, GetParameters, 'slosh_node/get_parameters', GetParameters.Request(names=[name])
+    ).values[0]
+    assert value.double_value == 0.8
+    change = SetParameters.Request(parameters=[Parameter(name, value=0.5).to_parameter_msg()])
+    result = call(driver, SetParameters, 'slosh_node/set_parameters', change).results[0]
+    assert not result.successful
+    assert 'read-only' in result.reason
+
+
+def test_best_effort_publishers_are_heard_too(node):
+    with Driver(qos=qos_profile_sensor_data) as driver:
+        driver.wait_for_node()
+        driver.exchange(imu(START))
+
+
+def test_coupling_is_latched_and_positive(node, driver):
+    """Late subscribers get it; it is the symmetric matrix of eliminated modal masses."""
+    import numpy as np
+
+    received: list[Float64MultiArray] = []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    driver.node.create_subscription(
+        Float64MultiArray, 'slosh_node/coupling', received.append, latched
+    )
+    driver.spin_until(lambda: bool(received))
+    matrix = np.reshape(received[0].data, (6, 6))
+    assert np.allclose(matrix, matrix.T, rtol=1e-12, atol=1e-9)
+    assert np.linalg.eigvalsh(matrix).min() > -1e-6 * matrix.max()
+    assert 0 < matrix[0, 0] < 8 * 2 * 0.8 * 1000
+    assert 'base_link' in received[0].layout.dim[0].label
+
+
+def test_waiting_for_data_is_said_with_the_resolved_topic(tmp_path, config, driver):
+    with NodeProcess(
+        'slosh_node', tmp_path / 'node.log',
+        '--params-file', str(config), '-r', 'imu/data:=/truck/chassis/imu',
+    ) as node:  # fmt: skip
+        node.wait_for('waiting for data on /truck/chassis/imu')
+
+
+@pytest.mark.parametrize(('kind', 'stamped'), [(TwistStamped, 'true'), (Twist, 'false')])
+def test_twist_drives_the_liquid_too(tmp_path, config, kind, stamped):
+    with (
+        NodeProcess(
+            'slosh_node', tmp_path / 'node.log', '--params-file', str(config),
+            '-p', 'input.source:=twist', '-p', f'input.twist_stamped:={stamped}',
+        ) as node,
+        Driver(kind, 'twist') as driver,
+    ):  # fmt: skip
+        node.wait_for('ready')
+        driver.wait_for_node()
+        for k in range(30):
+            message = kind()
+            if kind is TwistStamped:
+                message.header.stamp.sec, message.header.stamp.nanosec = divmod(START + k * STEP, SECOND)
+            (message if kind is Twist else message.twist).linear.x = 10.0 - 0.01 * k
+            slosh, total = driver.exchange(message)
+        assert wrench_of(total)[0] > 0  # braking
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'says'),
+    [
+        (['-p', 'tank.length:=8'], 'tank.length has the integer 8 where ROS 2 wants a double; write 8.0'),
+        (['-p', 'tank.lenght:=8.0'], 'tank.lenght is not a parameter; did you mean tank.length?'),
+        (['-p', 'tank.width:=-2.0'], 'tank.width is -2 [m]; it must be from'),
+        (['-p', 'tank.fill_ratio:=0.5'], 'tank.fill_ratio and tank.fill_depth are both given'),
+        (['--params-file', '/no/such/file.yaml'], '/no/such/file.yaml'),
+        (['--no-such-flag'], '--no-such-flag'),
+    ],
+)  # fmt: skip
+def test_bad_configuration_ends_in_one_clear_message(tmp_path, config, arguments, says):
+    with NodeProcess(
+        'slosh_node', tmp_path / 'node.log', '--params-file', str(config), *arguments
+    ) as node:
+        assert node.exit_code() == 1
+        ours = [line for line in node.output.splitlines() if '[rcl]' not in line]
+        assert len(ours) == 1
+        assert ours[0].startswith('error: ')
+        assert says in ours[0]
