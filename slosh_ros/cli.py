@@ -241,7 +241,7 @@ def _print_replay(
 @contextmanager
 def _progress(source: MotionBag) -> Iterator[Callable[[int], None]]:
     begin, end = source.span
-    with Progress(console=_err, transient=True) as bar:
+    with Progress(console=_err, transient=True, disable=not _err.is_terminal) as bar:
         task = bar.add_task(f'replaying {source.topic}', total=end - begin)
         shown = begin
 
@@ -252,3 +252,7 @@ def _progress(source: MotionBag) -> Iterator[Callable[[int], None]]:
                 bar.update(task, completed=received - begin)
 
         yield advance
+
+
+if __name__ == '__main__':
+    main()

@@ -7,17 +7,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
-from rosbags.rosbag1 import ReaderError as Reader1Error
-from rosbags.rosbag2 import ReaderError as Reader2Error
-from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 
+from slosh_ros.constants import NANOSECONDS
 from slosh_ros.errors import InputError
-
-_UNREADABLE = (AnyReaderError, Reader1Error, Reader2Error, SerdeError, OSError)
-_NANOSECONDS = 1_000_000_000
 
 
 class MotionBag:
@@ -58,7 +53,7 @@ class MotionBag:
         try:
             self._reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
             self._reader.open()
-        except _UNREADABLE as error:
+        except Exception as error:  # rosbags lets out whatever a damaged file provokes
             raise InputError(f'{path}: cannot be read as a bag: {_short(error)}') from error
         try:
             self._connections = self._select(kind, topic, default)
@@ -66,8 +61,8 @@ class MotionBag:
             self._reader.close()
             raise
         self._whole = start == 0.0 and duration is None
-        self._start = self._reader.start_time + round(start * _NANOSECONDS)
-        self._stop = None if duration is None else self._start + round(duration * _NANOSECONDS)
+        self._start = self._reader.start_time + round(start * NANOSECONDS)
+        self._stop = None if duration is None else self._start + round(duration * NANOSECONDS)
 
     @property
     def topic(self) -> str:
@@ -113,7 +108,7 @@ class MotionBag:
             ):
                 yield self._reader.deserialize(raw, connection.msgtype), received
                 read += 1
-        except _UNREADABLE as error:
+        except Exception as error:  # as above
             raise InputError(
                 f'{self._path}: is damaged after {read} messages of {self.topic}: {_short(error)}'
             ) from error

@@ -11,10 +11,10 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine import Loads
 from slosh_ros.errors import InputError
 
-_NANOSECONDS = 1_000_000_000
 COLUMNS = (
     'stamp_ns,fx,fy,fz,mx,my,mz,'
     'total_fx,total_fy,total_fz,total_mx,total_my,total_mz,elevation_max,valid'
@@ -99,7 +99,7 @@ class BagWriter:
     def _append(self, connection: Connection, stamp: int, wrench: list[float]) -> None:
         kind: dict[str, Any] = self._types.types
         vector = kind['geometry_msgs/msg/Vector3']
-        seconds, nanoseconds = divmod(stamp, _NANOSECONDS)
+        seconds, nanoseconds = divmod(stamp, NANOSECONDS)
         message = kind['geometry_msgs/msg/WrenchStamped'](
             header=kind['std_msgs/msg/Header'](
                 stamp=kind['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds),

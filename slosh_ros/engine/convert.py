@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine.engine import Loads, SloshEngine
-from slosh_ros.engine.gate import NANOSECONDS, Verdict
+from slosh_ros.engine.gate import Verdict
 from slosh_ros.engine.sample import MotionSample
 
 IMU, TWIST, TWIST_STAMPED = 'sensor_msgs/Imu', 'geometry_msgs/Twist', 'geometry_msgs/TwistStamped'

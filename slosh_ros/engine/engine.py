@@ -73,7 +73,7 @@ class SloshEngine:
         self.tanks = tuple(
             TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks
         )
-        self._rates = _RateFilter(config.angular_acceleration_cutoff)
+        self._acceleration = _Acceleration(config.loads_cutoff)
 
     @property
     def coupling(self) -> Array:
@@ -105,12 +105,12 @@ class SloshEngine:
             return verdict, None
         continuous = verdict is Verdict.ACCEPTED
         motion = np.stack([sample.force, sample.velocity, sample.rate])
-        derivative = self._rates.differentiate(motion[1:], interval if continuous else 0.0)
+        acceleration = self._acceleration.follow(motion, interval if continuous else 0.0)
         wrench, total, state = np.zeros(6), np.zeros(6), np.zeros(6)
         elevation_max, valid = 0.0, True
         for tank in self.tanks:
             tank.take(motion, interval, verdict)
-            parts = tank.loads(motion, derivative)
+            parts = tank.loads(sample.rate, acceleration)
             wrench, total, state = wrench + parts[0], total + parts[1], state + parts[2]
             elevation = tank.elevation_max()
             elevation_max = max(elevation_max, elevation)
@@ -187,25 +187,25 @@ class TankModel:
         else:
             self._modes.advance(interval, driving, carried)
 
-    def loads(self, motion: Array, derivative: Array) -> tuple[Array, Array, Array]:
+    def loads(self, rate: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         """
         Wrenches at the sample last taken: sloshing, total, sloshing without feed-through.
 
         Parameters
         ----------
-        motion : array, shape (3, 3)
-            Force, velocity and rate, a row each, in sensor axes.
-        derivative : array, shape (2, 3)
-            Time derivatives of velocity and rate, in sensor axes.
+        rate : array, shape (3,)
+            Angular rate, in sensor axes.
+        acceleration : array, shape (2, 3)
+            Specific force of the sensor's point and angular acceleration, in sensor axes.
         """
-        force, _, rate = motion @ self._rotation.T
-        velocity_rate, alpha = derivative @ self._rotation.T
-        # specific force of O from that of the sensor's point, which lies at arm
-        specific = force + velocity_rate + self._arm_cross @ alpha - _centripetal(rate, self._arm)
-        acceleration = np.concatenate([specific, alpha])
+        at_sensor, alpha = acceleration @ self._rotation.T
+        centripetal = _centripetal(self._rotation @ rate, self._arm)
+        # O lies at -arm from the sensor's point
+        specific = at_sensor + self._arm_cross @ alpha - centripetal
+        at_surface = np.concatenate([specific, alpha])
         state = self._loads.state(self.beta, self.beta_rate)
-        wrench = state + self._loads.coupling @ acceleration
-        return wrench, wrench + self._loads.rigid @ acceleration, state
+        wrench = state + self._loads.coupling @ at_surface
+        return wrench, wrench + self._loads.rigid @ at_surface, state
 
     def elevation_max(self) -> float:
         """Largest height or depth of the wave over the mean free surface [m]."""
@@ -217,21 +217,35 @@ def _centripetal(rate: Array, arm: Array) -> Array:
     return (rate @ arm) * rate - (rate @ rate) * arm
 
 
-class _RateFilter:
-    """Backward difference with a first-order low-pass, for the loads only."""
+class _Acceleration:
+    """
+    Specific force and angular acceleration of the sensor's point, for the loads only.
+
+    Rates are differentiated backwards over the last interval; both quantities pass a first-order
+    low-pass if the cutoff [Hz] is not zero.
+    """
 
     def __init__(self, cutoff: float) -> None:
         self._corner = 2.0 * math.pi * cutoff
         self._last = np.zeros((2, 3))
-        self._derivative = np.zeros((2, 3))
+        self._followed = np.zeros((2, 3))
 
-    def differentiate(self, values: Array, interval: float) -> Array:
-        """Derivative after an interval [s]; an interval of 0 starts anew with zero."""
+    def follow(self, motion: Array, interval: float) -> Array:
+        """
+        Take force, velocity and rate (a row each) after an interval [s]; 0 starts anew.
+
+        Returns
+        -------
+        array, shape (2, 3)
+            Specific force [m/s^2] and angular acceleration [rad/s^2].
+        """
+        force, carried = motion[0], motion[1:]
         if interval == 0.0:
-            self._derivative = np.zeros((2, 3))
+            self._followed = np.stack([force, np.zeros(3)])
         else:
-            slope = (values - self._last) / interval
+            now = (carried - self._last) / interval
+            now[0] += force
             keep = math.exp(-self._corner * interval) if self._corner else 0.0
-            self._derivative = slope + keep * (self._derivative - slope)
-        self._last = values
-        return self._derivative
+            self._followed = now + keep * (self._followed - now)
+        self._last = carried
+        return self._followed

@@ -7,9 +7,8 @@ from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
 
+from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine.sample import MotionSample
-
-NANOSECONDS = 1_000_000_000
 
 
 class Verdict(Enum):

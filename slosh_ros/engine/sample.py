@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.hydro.coefficients import GRAVITY
+from slosh_ros.constants import GRAVITY
 
 Array = NDArray[np.float64]
 

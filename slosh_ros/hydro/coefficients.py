@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slosh_ros.constants import GRAVITY
 from slosh_ros.tank import LiquidAtRest
 
 Array = NDArray[np.float64]
 
-GRAVITY = 9.81  # [m/s^2] throughout, as in the paper
+
+_SURFACE_POINTS = 33  # along each side; odd, so that the centre lines are among them
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,3 +92,14 @@ class ModalCoefficients:
             coupling=self.coupling[kept],
             surface_shapes=self.surface_shapes[:, kept],
         )
+
+
+def mode_name(a: int, b: int) -> str:
+    """Name a mode by its half-waves along x and across y: `x1`, `y3`, `x1y1`."""
+    return (f'x{a}' if a else '') + (f'y{b}' if b else '')
+
+
+def surface_grid(length: float, width: float) -> Array:
+    """Points of a rectangular mean free surface, edges included, shape (m, 2) [m]."""
+    x, y = (np.linspace(-side / 2.0, side / 2.0, _SURFACE_POINTS) for side in (length, width))
+    return np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)

@@ -11,10 +11,10 @@ import itertools
 
 import numpy as np
 
-from slosh_ros.hydro.coefficients import GRAVITY, Array, ModalCoefficients
+from slosh_ros.constants import GRAVITY
+from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, surface_grid
 from slosh_ros.tank import Rectangle, UniformTank
 
-_SURFACE_POINTS = 33  # along each side; odd, so that the centre line is among them
 _SERIES_TERMS = 200  # of the inertia sums, whose terms fall as m^-5: 1e-12 of the sum is left
 
 
@@ -61,9 +61,7 @@ def rectangular_coefficients(
         4.0 * density * (k_b**2 - k_a**2)[yaw] / (k_a[yaw] * k_b[yaw] * k[yaw]) ** 2
     )
 
-    x = np.linspace(-length / 2.0, length / 2.0, _SURFACE_POINTS)
-    y = np.linspace(-width / 2.0, width / 2.0, _SURFACE_POINTS)
-    points = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
+    points = surface_grid(length, width)
     shapes = np.cos(np.outer(points[:, 0] + length / 2.0, k_a)) * np.cos(
         np.outer(points[:, 1] + width / 2.0, k_b)
     )
@@ -79,11 +77,6 @@ def rectangular_coefficients(
         surface_points=points,
         surface_shapes=shapes,
     )
-
-
-def mode_name(a: int, b: int) -> str:
-    """Name a mode by its half-waves along x and across y: `x1`, `y3`, `x1y1`."""
-    return (f'x{a}' if a else '') + (f'y{b}' if b else '')
 
 
 def _lowest_coupling_pairs(length: float, width: float, modes: int) -> list[tuple[int, int]]:

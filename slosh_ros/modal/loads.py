@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.hydro.coefficients import GRAVITY, ModalCoefficients
+from slosh_ros.constants import GRAVITY
+from slosh_ros.hydro.coefficients import ModalCoefficients
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,7 @@ from collections.abc import Callable, Mapping
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from slosh_ros.engine.parameters import Parameter, Value
-
-_ROS_OWN = ('use_sim_time', 'start_type_description_service')
+from slosh_ros.parameters import Parameter, Values, without_ros_own
 
 
 def given_parameters(node: Node) -> dict[str, object]:
@@ -19,18 +17,16 @@ def given_parameters(node: Node) -> dict[str, object]:
 
     The node must declare its overrides automatically, so that a misspelt one is seen, too.
     """
-    given = {}
-    for name, parameter in node.get_parameters_by_prefix('').items():
-        if name in _ROS_OWN or name.startswith('qos_overrides.'):
-            continue
-        value = parameter.value
-        given[name] = value if isinstance(value, bool | int | float | str) else list(value or ())
-    return given
+    values = {name: p.value for name, p in node.get_parameters_by_prefix('').items()}
+    return {
+        name: value if isinstance(value, bool | int | float | str) else list(value or ())
+        for name, value in without_ros_own(values).items()
+    }
 
 
-def declare_all(node: Node, rows: Mapping[str, Parameter], values: Mapping[str, Value]) -> None:
+def declare_all(node: Node, rows: Mapping[str, Parameter], values: Values) -> None:
     """Declare the parameters in use, with descriptors, in place of the automatic declarations."""
-    for name, value in values.items():
+    for name, value in values.by_name.items():
         if node.has_parameter(name):
             node.undeclare_parameter(name)
         node.declare_parameter(name, value, descriptor(rows[name]), ignore_override=True)

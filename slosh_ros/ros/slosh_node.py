@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from slosh_ros.engine import Loads, SloshConfig, SloshEngine, feed_message
 from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, input_type
-from slosh_ros.engine.parameters import resolved, rows_for
+from slosh_ros.engine.parameters import resolved
 from slosh_ros.ros import diagnostics
 from slosh_ros.ros.parameters import declare_all, given_parameters
 from slosh_ros.ros.runtime import run
@@ -38,10 +38,9 @@ class SloshNode(Node):
 
     def __init__(self) -> None:
         super().__init__('slosh_node', automatically_declare_parameters_from_overrides=True)
-        values = resolved(given_parameters(self))
-        self.engine = SloshEngine(SloshConfig.from_parameters(values))
-        tanks = [tank.config.name for tank in self.engine.tanks]
-        declare_all(self, rows_for(tanks), values)
+        rows, values = resolved(given_parameters(self))
+        self.engine = SloshEngine(SloshConfig.from_parameters(values.by_name))
+        declare_all(self, rows, values)
 
         self._last: Loads | None = None
         self._fresh = False
@@ -72,7 +71,7 @@ class SloshNode(Node):
         modes = sum(len(tank.coefficients.omega) for tank in self.engine.tanks)
         mass = sum(tank.coefficients.mass for tank in self.engine.tanks)
         self.get_logger().info(
-            f'ready: {mass:.0f} kg of liquid in {len(tanks)} tank(s), {modes} modes; '
+            f'ready: {mass:.0f} kg of liquid in {len(self.engine.tanks)} tank(s), {modes} modes; '
             f'listening on {self._topic}'
         )
 

@@ -1,0 +1,212 @@
+"""
+Tank of uniform section with flat ends (THEORY 4).
+
+A mode is phi = cos k(x + L/2) psi(y, z) with k = a pi/L, and psi, even or odd in y, solves
+
+    lap psi = k^2 psi in the section,  dpsi/dn = 0 on the wall,  dpsi/dz = kappa psi on the surface,
+
+in weak form (K + k^2 M) psi = kappa S psi, with the matrices of grad.grad and of the products over
+half the section and half the surface. Surge (odd a, psi even), sway (a = 0, psi odd) and yaw (odd a,
+psi odd) are all that couple with the motion of the tank.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, eigh
+
+from slosh_ros.constants import GRAVITY
+from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, surface_grid
+from slosh_ros.hydro.section_mesh import DEFAULT, HalfSection, Resolution, half_section
+from slosh_ros.tank import UniformTank
+
+# A mode couples if its share lambda^2/mu of the mass, or of a moment of inertia of the frozen
+# liquid, reaches this: rounding leaves 1e-20, and what is below cannot be felt even at resonance.
+COUPLING_SHARE = 1e-10
+
+_SAMPLES = np.linspace(0.0, 1.0, 1001)  # of half the surface, where the largest |psi| is sought
+
+
+def section_coefficients(
+    tank: UniformTank,
+    depth: float,
+    density: float,
+    modes: int,
+    resolution: Resolution = DEFAULT,
+) -> ModalCoefficients:
+    """
+    Coefficients of the coupling modes of lowest natural frequency.
+
+    Parameters
+    ----------
+    tank : UniformTank
+        The tank.
+    depth : float
+        Depth of the liquid [m].
+    density : float
+        Density of the liquid [kg/m^3].
+    modes : int
+        Number of modes.
+    resolution : Resolution
+        Size of the discrete problem; the default leaves five digits or more of every coefficient.
+
+    Raises
+    ------
+    InputError
+        If the section is far from convex.
+    """
+    liquid = tank.filled(depth)
+    half = half_section(tank.section, depth, resolution)
+    shift = (np.pi / tank.length) ** 2
+    even = _Functions(half, np.ones_like(half.on_axis), shift)
+    odd = _Functions(half, ~half.on_axis, shift)
+    whole = np.array([liquid.volume, liquid.volume, np.inf, *np.diag(liquid.inertia)])
+
+    found: list[_Mode] = []
+    for a in itertools.chain([0], itertools.count(1, 2)):
+        new = [
+            mode
+            for functions in ([even, odd] if a else [odd])
+            for mode in _modes(half, functions, a, tank.length)
+            if np.max(mode.coupling**2 / whole) > COUPLING_SHARE * mode.mu
+        ]
+        # the lowest frequency for this a rises with a
+        if len(found) >= modes and min(mode.kappa for mode in new) > found[modes - 1].kappa:
+            break
+        found = sorted(found + new, key=lambda mode: mode.kappa)
+    found = found[:modes]
+
+    half_width = tank.section.moments(depth).half_width
+    points = surface_grid(tank.length, 2.0 * half_width)
+    across = half.surface(1.0 - np.abs(points[:, 1]) / half_width)
+    side = np.sign(points[:, 1])
+    return ModalCoefficients(
+        route='section',
+        density=density,
+        liquid=liquid,
+        names=tuple(mode_name(mode.a, mode.b) for mode in found),
+        omega=np.sqrt(GRAVITY * np.array([mode.kappa for mode in found])),
+        mu=density * np.array([mode.mu for mode in found]),
+        coupling=density * np.array([mode.coupling for mode in found]),
+        inertia_stokes_joukowski=density * _stokes_joukowski(tank, depth, half, even, odd),
+        surface_points=points,
+        surface_shapes=np.stack(
+            [
+                np.cos(mode.a * np.pi * (points[:, 0] / tank.length + 0.5))
+                * (across @ mode.psi)
+                * (side if mode.b % 2 else 1.0)
+                for mode in found
+            ],
+            axis=-1,
+        ),
+    )
+
+
+class _Mode(NamedTuple):
+    """A mode for unit density; psi is its coefficients on half the free surface."""
+
+    kappa: float
+    a: int
+    b: int
+    mu: float
+    coupling: Array
+    psi: Array
+
+
+class _Functions:
+    """
+    The functions even, or odd, in y, and on them the inverse of K + k^2 M for all k at once.
+
+    With M X = (K + s M) X Theta and X^T (K + s M) X = 1 it is X (1 + (k^2 - s) Theta)^-1 X^T. The
+    shift s > 0 is there for the constant, of which K makes nothing. The small eigenvalues Theta
+    are without digits, the knots being so dense at the contact line, but they count for nothing
+    here; the eigenvalues 1/Theta of the inverse problem would all suffer.
+    """
+
+    def __init__(self, half: HalfSection, among: NDArray[np.bool_], shift: float) -> None:
+        chosen = np.ix_(among, among)
+        mass = half.mass[chosen]
+        theta, vectors = eigh(mass, half.stiffness[chosen] + shift * mass)
+        self.shift = shift
+        self.theta: Array = np.maximum(theta, np.finfo(float).eps * theta[-1])
+        self.vectors: Array = np.zeros((len(among), len(theta)))
+        self.vectors[among] = vectors
+        self.is_odd = not among.all()
+        # S = C C^T on the free surface
+        wet = among[: len(half.surface_one)]
+        self._root: Array = self.vectors[: len(wet)][wet].T @ cholesky(
+            half.surface_mass[np.ix_(wet, wet)], lower=True
+        )
+
+    def inverse(self, k: float) -> Array:
+        """Return the diagonal D of (K + k^2 M)^-1 = X D X^T."""
+        return 1.0 / (1.0 + (k**2 - self.shift) * self.theta)
+
+    def steklov(self, k: float) -> tuple[Array, Array]:
+        """Return kappa, rising, and psi by columns, with psi^T S psi = 1."""
+        inverse = self.inverse(k)
+        # C^T psi = kappa C^T (X D X^T) C (C^T psi)
+        response, surface = eigh((self._root.T * inverse) @ self._root)
+        kappa = 1.0 / response[::-1]
+        weighted = inverse[:, np.newaxis] * (self._root @ surface[:, ::-1])
+        return kappa, self.vectors @ weighted * kappa
+
+
+def _modes(half: HalfSection, functions: _Functions, a: int, length: float) -> list[_Mode]:
+    """All modes with `a` half-waves along the tank, and psi among the functions."""
+    k = a * np.pi / length
+    kappa, psi = functions.steklov(k)
+    surface = psi[: len(half.surface_one)]
+    # integrals over the half section and its surface: twice for the whole
+    coupling = np.zeros((6, len(kappa)))
+    if a == 0:
+        coupling[1] = 2.0 * length * half.surface_y @ surface
+        coupling[3] = 2.0 * length / kappa * (half.roll @ psi)
+    elif functions.is_odd:
+        coupling[5] = 4.0 / kappa * ((half.y - half.d_dy / k**2) @ psi)
+    else:
+        coupling[0] = -4.0 / k**2 * half.surface_one @ surface
+        coupling[4] = 4.0 / kappa * ((half.d_dz / k**2 - half.z) @ psi)
+    mu = (length if a else 2.0 * length) / kappa  # eq (10)
+
+    # f is positive at (-x, -y): psi is at its image y > 0 if even, and negative there if odd
+    sign = np.sign(surface[0]) * (-1.0 if functions.is_odd else 1.0)
+    scale = sign / _peaks(half.surface(_SAMPLES) @ surface)
+    return [
+        _Mode(float(kappa[n]), a, 2 * n + functions.is_odd, *columns)
+        for n, columns in enumerate(zip(mu * scale**2, (coupling * scale).T, (surface * scale).T))
+    ]
+
+
+def _peaks(samples: Array) -> Array:
+    """Largest modulus of each column; one between samples by the parabola through the next three."""
+    modulus = np.abs(samples)
+    columns, top = np.arange(modulus.shape[1]), modulus.argmax(axis=0)
+    inner = top.clip(1, len(modulus) - 2)
+    left, middle, right = (modulus[inner + step, columns] for step in (-1, 0, 1))
+    curvature = left - 2.0 * middle + right
+    rise = np.where(inner == top, -((right - left) ** 2) / (8.0 * curvature), 0.0)
+    return modulus[top, columns] + rise
+
+
+def _stokes_joukowski(
+    tank: UniformTank, depth: float, half: HalfSection, even: _Functions, odd: _Functions
+) -> Array:
+    """Inertia of the liquid under a closed lid about O, for unit density [m^5]."""
+    length, section = tank.length, tank.section.moments(depth)
+
+    def across(functions: _Functions, arm: Array, second_moment: float) -> float:
+        # J_55, J_66 of THEORY 4; with the constant among the Neumann pairs (N, alpha^2) its term
+        # 8 <z, 1/A> L/2 = 4 A zbar^2 L comes by itself
+        theta = functions.theta
+        alpha = np.sqrt(np.maximum(1.0 / theta - functions.shift, np.finfo(float).tiny))
+        products = 2.0 * (arm @ functions.vectors) ** 2 / theta
+        ends = 8.0 * np.sum(products * np.tanh(alpha * length / 2.0) / alpha)
+        return section.area * length**3 / 12.0 - 3.0 * length * second_moment + float(ends)
+
+    roll = 2.0 * length * np.sum((half.roll @ odd.vectors) ** 2 * odd.inverse(0.0))
+    return np.diag([roll, across(even, half.z, section.zz), across(odd, half.y, section.yy)])

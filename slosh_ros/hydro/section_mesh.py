@@ -1,0 +1,205 @@
+"""
+Splines on half a section: the functions among which its eigenproblem is solved.
+
+The liquid's half y > 0 is the image of the unit square under
+
+    P(rho, t) = sum_k B_k(t) ray_k(rho),    B_k the cubic Bernstein polynomials,
+
+a fan of four rays from the contact line C (rho = 0) to the symmetry plane (rho = 1). The first is
+the free surface, the last the wall; the two between are straight and bend the fan into polar
+coordinates around C, smooth even where surface and wall meet at nearly 180 degrees. Functions are
+products of a spline in rho and a polynomial in t. What is not smooth, a power of the distance from
+C, is so along rho: there the knots are dense.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline, make_interp_spline
+
+from slosh_ros.errors import InputError
+from slosh_ros.hydro.coefficients import Array
+from slosh_ros.tank import Section
+
+# The inner rays end so many half widths below O, but not below this share of the depth.
+_RAY_HALF_WIDTHS = np.array([0.0, 0.5, 2.0])
+_RAY_DEPTHS = np.array([0.0, 1.0, 2.0]) / 3.0
+
+_UNIT = np.array([0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """
+    Size of the discrete problem.
+
+    Attributes
+    ----------
+    spans : int
+        Knot spans of the splines in rho.
+    degree : int
+        Degree of these splines.
+    fan_degree : int
+        Degree of the polynomials in t.
+    """
+
+    spans: int = 24
+    degree: int = 7
+    fan_degree: int = 12
+
+
+DEFAULT = Resolution()
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSection:
+    """
+    Integrals of the functions v on the half y > 0 of the liquid in a section.
+
+    The first m of the n functions are those of the free surface; the others vanish there.
+
+    Attributes
+    ----------
+    stiffness, mass : array, shape (n, n)
+        Integrals over the area of grad v_i . grad v_j and of v_i v_j.
+    d_dy, d_dz, y, z, roll : array, shape (n,)
+        Integrals over the area of dv/dy, dv/dz, y v, z v and y dv/dz - z dv/dy.
+    surface_mass : array, shape (m, m)
+        Integrals of v_i v_j over the free surface.
+    surface_one, surface_y : array, shape (m,)
+        Integrals of v and y v over the free surface.
+    surface : BSpline
+        The functions of the free surface, over rho = 1 - y/half_width.
+    on_axis : array of bool, shape (n,)
+        Which functions do not vanish on the symmetry plane.
+    """
+
+    stiffness: Array
+    mass: Array
+    d_dy: Array
+    d_dz: Array
+    y: Array
+    z: Array
+    roll: Array
+    surface_mass: Array
+    surface_one: Array
+    surface_y: Array
+    surface: BSpline
+    on_axis: NDArray[np.bool_]
+
+
+def half_section(section: Section, depth: float, resolution: Resolution) -> HalfSection:
+    """
+    Functions on half of the liquid that stands `depth` metres deep in a section.
+
+    Parameters
+    ----------
+    section : Section
+        The section.
+    depth : float
+        Depth of the liquid [m].
+    resolution : Resolution
+        Number and degree of the functions.
+
+    Raises
+    ------
+    InputError
+        If the fan of rays folds over, as it may in a section far from convex.
+    """
+    corners = np.array(section.corners(depth))
+    breaks = _breaks(corners, resolution.spans)
+    along = _splines(breaks, corners, resolution.degree)
+    across = _splines(_UNIT, corners[:0], resolution.fan_degree)
+    rho, rho_weight = _gauss(breaks, resolution.degree)
+    t, t_weight = _gauss(_UNIT, resolution.fan_degree + 2)
+
+    net = _control_net(section, depth, along)
+    blend = _splines(_UNIT, corners[:0], len(net) - 1)
+    # value, d/drho and d/dt of the map P and of the functions
+    orders = ((0, 0), (1, 0), (0, 1))
+    (y, z), (y_rho, z_rho), (y_t, z_t) = (
+        np.einsum('kdi,ri,tk->drt', net, along(rho, i), blend(t, j)).reshape(2, -1, 1)
+        for i, j in orders
+    )
+    v, v_rho, v_t = (_tensor(along(rho, i), across(t, j)) for i, j in orders)
+
+    jacobian = y_rho * z_t - z_rho * y_t
+    if jacobian.min() <= 0.0:
+        raise InputError(
+            'section: its wall turns back; only sections that are convex, or nearly so, can be computed'
+        )
+    v_y = (z_t * v_rho - z_rho * v_t) / jacobian
+    v_z = (y_rho * v_t - y_t * v_rho) / jacobian
+    weight = np.outer(rho_weight, t_weight).reshape(-1, 1) * jacobian
+    root = np.sqrt(weight)
+    s, s_weight = along(rho), net[0, 0, 0] * rho_weight
+    m, n = s.shape[1], v.shape[1]
+    return HalfSection(
+        stiffness=_gram(root * v_y) + _gram(root * v_z),
+        mass=_gram(root * v),
+        d_dy=np.sum(weight * v_y, axis=0),
+        d_dz=np.sum(weight * v_z, axis=0),
+        y=np.sum(weight * y * v, axis=0),
+        z=np.sum(weight * z * v, axis=0),
+        roll=np.sum(weight * (y * v_z - z * v_y), axis=0),
+        surface_mass=_gram(np.sqrt(s_weight)[:, np.newaxis] * s),
+        surface_one=s_weight @ s,
+        surface_y=(s_weight * net[0, 0, 0] * (1.0 - rho)) @ s,
+        surface=along,
+        on_axis=(np.arange(n) == m - 1) | (np.arange(n) >= n - resolution.fan_degree),
+    )
+
+
+def _breaks(corners: Array, spans: int) -> Array:
+    """Knots on [0, 1], dense at 0; a knot close to a corner gives way to it."""
+    graded = np.linspace(0.0, 1.0, spans + 1) ** 2
+    distance = np.abs(np.subtract.outer(graded, corners)).min(axis=1, initial=np.inf)
+    free = distance > np.gradient(graded) / 3.0
+    free[[0, -1]] = True
+    return np.unique(np.concatenate([graded[free], corners]))
+
+
+def _splines(breaks: Array, corners: Array, degree: int) -> BSpline:
+    """All B-splines on these knots, smooth except for a kink at each corner."""
+    knots = np.sort(
+        np.concatenate(
+            [breaks, np.repeat(breaks[[0, -1]], degree), np.repeat(corners, degree - 1)]
+        )
+    )
+    return BSpline(knots, np.eye(len(knots) - degree - 1), degree)
+
+
+def _gauss(breaks: Array, order: int) -> tuple[Array, Array]:
+    """Gauss points and weights, `order` of them between each two breaks."""
+    x, weight = np.polynomial.legendre.leggauss(order)
+    step = np.diff(breaks)[:, np.newaxis] / 2.0
+    return (breaks[:-1, np.newaxis] + step * (1.0 + x)).ravel(), (step * weight).ravel()
+
+
+def _control_net(section: Section, depth: float, along: BSpline) -> Array:
+    """Control points of the rays, shape (4, 2, m): the surface, two straight ones, the wall."""
+    # where the spline with coefficients rho itself is rho
+    rho = sliding_window_view(along.t[1:-1], along.k).mean(axis=1).clip(0.0, 1.0)
+    wall = make_interp_spline(rho, section.wall(depth, rho), along.k, along.t, axis=1)
+    half_width = float(section.moments(depth).half_width)
+    ends = np.minimum(half_width * _RAY_HALF_WIDTHS, depth * _RAY_DEPTHS)
+    straight = [np.stack([half_width * (1.0 - rho), -end * rho]) for end in ends]
+    return np.stack([*straight, wall.c.T])
+
+
+def _tensor(along: Array, across: Array) -> Array:
+    """Values of the products of functions of rho (r, m) and of t (t, f), shape (r t, n)."""
+    product = np.einsum('ri,tj->rtij', along, across)
+    product = product.reshape(-1, *product.shape[2:])
+    # at rho = 0 all t are one point: there the f products are one function
+    contact = product[:, 0].sum(axis=1, keepdims=True)
+    return np.hstack([contact, product[:, 1:, 0], product[:, 1:, 1:].reshape(len(product), -1)])
+
+
+def _gram(columns: Array) -> Array:
+    """Scalar products of all columns with each other."""
+    return columns.T @ columns

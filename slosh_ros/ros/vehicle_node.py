@@ -1,0 +1,207 @@
+"""
+`vehicle_node`: a tractor-semitrailer that drives, is measured, and feels its liquid.
+
+Lock-step on simulated time: every step publishes /clock, the Imu and the twist, and waits for the
+answer of slosh_node to that very sample. Nothing depends on the wall clock, so every run is the same.
+
+What comes back is the sloshing wrench *without* feed-through of acceleration; the feed-through is the
+latched coupling matrix and is solved for together with the vehicle. A total wrench taken into a dry
+vehicle would diverge at any step size (VEHICLE 8.1).
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import IO
+
+import numpy as np
+from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
+from numpy.typing import NDArray
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64MultiArray
+
+from slosh_ros.constants import NANOSECONDS
+from slosh_ros.engine.convert import stamp_of
+from slosh_ros.errors import InputError
+from slosh_ros.parameters import resolved
+from slosh_ros.ros.parameters import declare_all, given_parameters
+from slosh_ros.ros.runtime import run
+from slosh_ros.vehicle import BASE_MOTION, TruckSimulator
+from slosh_ros.vehicle.scenario import PARAMETERS, Scenario
+
+Array = NDArray[np.float64]
+
+FRAME = 'base_link'
+CLOCK_START = 1_000_000_000  # [ns] a zero stamp would mean "not set"
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_RELIABLE = QoSProfile(depth=10)
+_POLL = 0.02  # [s] of wall time
+_PATIENCE = 1.0  # [s] of wall time, after which an unanswered sample is sent again
+LOG_COLUMNS = (
+    'stamp_ns,t,u,ax,z_t,theta_t,z_s,theta_s,fx,my,'
+    'fz_1,fz_2,fz_3,fz_4,imu_ax,imu_ay,imu_az,imu_wx,imu_wy,imu_wz'
+)
+
+
+class VehicleNode(Node):
+    """A thin shell around :class:`slosh_ros.vehicle.TruckSimulator`."""
+
+    def __init__(self) -> None:
+        super().__init__('vehicle_node', automatically_declare_parameters_from_overrides=True)
+        values = resolved(PARAMETERS, given_parameters(self))
+        declare_all(self, PARAMETERS, values)
+        self._scenario = Scenario.from_parameters(values.by_name)
+        self._truck = TruckSimulator(self._scenario.journey)
+        self._coupling: Array = np.zeros((6, 6))
+        self._wrench: Array = np.zeros(6)  # state wrench at the present time
+        self._wrench_rate: Array = np.zeros(6)
+        self._previous: Array = np.zeros(6)  # the last state wrench received
+        self._coupled = False
+        self._awaited: int | None = None  # stamp of the sample that slosh_node is to answer
+        self._insisted: int | None = None
+        self._log = self._open_log()
+
+        self._clock_publisher = self.create_publisher(ClockMessage, '/clock', _RELIABLE)
+        self._imu_publisher = self.create_publisher(Imu, 'imu/data', _RELIABLE)
+        self._twist_publisher = self.create_publisher(TwistStamped, 'twist', _RELIABLE)
+        self._imu = Imu()
+        self._imu.header.frame_id = FRAME
+        self._imu.orientation_covariance[0] = -1.0  # no orientation is measured
+        self._twist = TwistStamped()
+        self._twist.header.frame_id = FRAME
+        if self._scenario.solid:
+            self._starter = self.create_timer(0.0, self._drive_alone)
+            self.get_logger().info('ready: driving with a solid cargo')
+            return
+        self.create_subscription(
+            WrenchStamped, 'slosh_node/wrench_state', self._on_wrench, _RELIABLE
+        )
+        coupling = self.create_subscription(
+            Float64MultiArray, 'slosh_node/coupling', self._on_coupling, _LATCHED
+        )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._starter = self.create_timer(_POLL, self._start, clock=steady)
+        self.create_timer(_PATIENCE, self._insist, clock=steady)
+        self.get_logger().info(f'ready: waiting for {coupling.topic_name}')
+
+    def destroy_node(self) -> None:
+        """Close the log as well."""
+        if self._log is not None:
+            self._log.close()
+        super().destroy_node()
+
+    def _on_coupling(self, message: Float64MultiArray) -> None:
+        if self._awaited is not None:
+            return
+        label = message.layout.dim[0].label
+        if FRAME not in label:
+            raise InputError(
+                f'the coupling of slosh_node is labelled "{label}"; '
+                f'set its frames.output to {FRAME}'
+            )
+        self._coupling = np.reshape(message.data, (6, 6))
+        self._truck.set_coupling(self._coupling)
+        self._coupled = True
+
+    def _start(self) -> None:
+        """Drive as soon as slosh_node is connected both ways."""
+        if self._coupled and self._imu_publisher.get_subscription_count():
+            self._starter.cancel()
+            self.get_logger().info(
+                f'slosh_node is there: {self._coupling[0, 0]:.0f} kg slosh fore-aft; driving'
+            )
+            self._publish()
+
+    def _on_wrench(self, message: WrenchStamped) -> None:
+        if self._awaited is None or stamp_of(message.header) != self._awaited:
+            return
+        force, torque = message.wrench.force, message.wrench.torque
+        wrench = np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
+        if self._truck.time_ns:
+            self._wrench_rate = (wrench - self._previous) / (self._scenario.step_ns * 1e-9)
+        self._wrench = self._previous = wrench
+        self._step()
+        self._publish()
+
+    def _step(self) -> None:
+        """Record the present, and advance under the wrench extrapolated over the step."""
+        self._write_log()
+        if self._truck.time_ns >= self._scenario.steps * self._scenario.step_ns:
+            self.get_logger().info('the manoeuvre is over')
+            raise ExternalShutdownException
+        step = self._scenario.step_ns
+        self._truck.advance(step, self._wrench, self._wrench_rate)
+        self._wrench = self._wrench + self._wrench_rate * (step * 1e-9)
+
+    def _publish(self) -> None:
+        stamp = CLOCK_START + self._truck.time_ns
+        self._awaited = stamp
+        for header in (self._imu.header, self._twist.header):
+            header.stamp.sec, header.stamp.nanosec = divmod(stamp, NANOSECONDS)
+        measured = self._truck.imu(self._wrench)
+        _fill(self._imu.linear_acceleration, measured.specific_force)
+        _fill(self._imu.angular_velocity, measured.angular_rate)
+        velocity = self._truck.twist()
+        _fill(self._twist.twist.linear, velocity.linear)
+        _fill(self._twist.twist.angular, velocity.angular)
+        self._clock_publisher.publish(ClockMessage(clock=self._imu.header.stamp))
+        self._twist_publisher.publish(self._twist)
+        self._imu_publisher.publish(self._imu)
+
+    def _insist(self) -> None:
+        """Send again what a best-effort reader may have lost; a sample that arrived is rejected."""
+        if self._awaited is not None and self._awaited == self._insisted:
+            self.get_logger().warning('slosh_node does not answer; sending the sample again')
+            self._imu_publisher.publish(self._imu)
+        self._insisted = self._awaited
+
+    def _drive_alone(self) -> None:
+        self._publish()
+        self._step()
+
+    def _open_log(self) -> IO[str] | None:
+        path = self._scenario.log_file
+        if path is None:
+            return None
+        try:
+            file = path.open('w', encoding='ascii')
+        except OSError as error:
+            raise InputError(f'log_file {path} cannot be written: {error.strerror}') from error
+        file.write(LOG_COLUMNS + '\n')
+        return file
+
+    def _write_log(self) -> None:
+        if self._log is None:
+            return
+        truck = self._truck
+        measured = truck.imu(self._wrench)
+        alpha = BASE_MOTION @ truck.acceleration(self._wrench)
+        acceleration = np.array([*measured.specific_force, *alpha[3:]])
+        slosh = self._wrench + self._coupling @ acceleration
+        # moment about O, the centre of the mean free surface, as in the paper
+        moment = slosh[3:] - np.cross(truck.truck.parameters.liquid_origin, slosh[:3])
+        time = truck.time_ns * 1e-9
+        row = [
+            time, truck.speed, truck.journey.manoeuvre.motion(time)[2], *truck.q.tolist(),
+            float(slosh[0]), float(moment[1]), *truck.axle_loads().tolist(),
+            *measured.specific_force.tolist(), *measured.angular_rate.tolist(),
+        ]  # fmt: skip
+        self._log.write(f'{CLOCK_START + truck.time_ns},' + ','.join(map(repr, row)) + '\n')
+
+
+def _fill(vector: Vector3, values: Array) -> None:
+    vector.x, vector.y, vector.z = values.tolist()
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run vehicle_node until its manoeuvre is over, Ctrl-C or SIGTERM."""
+    sys.exit(run(VehicleNode, args))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,147 @@
+"""Bad input: one clear message that names the input and the remedy, exit code 1, no traceback."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from drives import stamps, write_bag
+from test_replay import brake, slosh
+
+GOOD = """/**:
+  ros__parameters:
+    tank:
+      shape: rectangular
+      length: 8.0
+      width: 2.0
+      height: 1.6
+      fill_ratio: 0.5
+"""
+
+
+@pytest.mark.parametrize(
+    ('change', 'says'),
+    [
+        (('length: 8.0', 'length: 8'), 'tank.length has the integer 8 where ROS 2 wants a double; write 8.0 [m]'),
+        (('length: 8.0', 'length: long'), "tank.length has the text 'long' where a number is wanted [m]"),
+        (('length: 8.0', 'length: -8.0'), 'tank.length is -8 [m]; it must be from 1e-06 to 1000 m'),
+        (('length: 8.0', 'length: .nan'), 'tank.length is nan [m]; it must be'),
+        (('length: 8.0', 'length: 8000.0'), 'tank.length is 8000 [m]; it must be from'),
+        (('length: 8.0', 'lenght: 8.0'), 'tank.lenght is not a parameter; did you mean tank.length?'),
+        (('length: 8.0', 'length: 8.0\n      length: 9.0'), 'found duplicate key "length"'),
+        (('length: 8.0', ''), 'tank.length is missing; a rectangular tank needs length, width, height [m]'),
+        (('length: 8.0', 'length: 8.0\n      radius: 1.0'), 'tank.radius is given, but a rectangular tank takes'),
+        (('fill_ratio: 0.5', 'fill_ratio: 0.5\n      fill_depth: 0.8'), 'tank.fill_ratio and tank.fill_depth are both given; give exactly one'),
+        (('fill_ratio: 0.5', ''), 'tank.fill_ratio and tank.fill_depth are both missing; give exactly one'),
+        (('fill_ratio: 0.5', 'fill_ratio: 1.5'), 'tank.fill_ratio is 1.5; it must be from 0 to 1'),
+        (('fill_ratio: 0.5', 'fill_ratio: 0.001'), 'tank.fill_ratio fills 0.10% of the tank; it must fill from 1% to 99%'),
+        (('fill_ratio: 0.5', 'fill_depth: 2.0'), 'tank.fill_depth is 2 m; the tank is 1.6 m high'),
+        (('shape: rectangular', 'shape: rectangle'), "tank.shape is 'rectangle'; it must be one of rectangular, cylinder_x; did you mean rectangular?"),
+        (('shape: rectangular', ''), 'tank.shape is missing'),
+        (('    tank:', '    tank.width: 3.0\n    tank:'), 'gives tank.width twice'),
+        (('    tank:', '    tanks: [front]\n    tank:'), 'tank.shape is not a parameter'),
+        (('    tank:', '    tanks: [tank, tank]\n    tank:'), 'tanks names tank more than once'),
+        (('    tank:', '    imu:\n      xyz: [0, 0, 1]\n    tank:'), 'imu.xyz has the integer 0 where ROS 2 wants a double; write 0.0 [m]'),
+        (('    tank:', '    imu:\n      xyz: [0.0, 1.0]\n    tank:'), 'imu.xyz has 2 numbers; it takes 3 [m]'),
+        (('    tank:', '    input:\n      source: gps\n    tank:'), "input.source is 'gps'; it must be one of imu, twist"),
+        (('fill_ratio: 0.5', 'fill_ratio: 0.5\n      modes: 2.0'), 'tank.modes is 2.0; it takes an integer'),
+        (('fill_ratio: 0.5', 'fill_ratio: 0.5\n      modes: 3\n      damping_ratio: [0.1, 0.2]'), 'tank.damping_ratio has 2 numbers for 3 modes'),
+        (('  ros__parameters:', '  parameters:'), "has no 'ros__parameters:' with entries under '/**:'"),
+        (('/**:', 'other_node:'), 'is not a parameter file for slosh_node'),
+        (('/**:', '/**: ['), 'is not valid YAML'),
+    ],
+)  # fmt: skip
+def test_bad_parameter_file(tmp_path, change, says):
+    file = tmp_path / 'tank.yaml'
+    assert change[0] in GOOD
+    file.write_text(GOOD.replace(*change, 1))
+    for command in (['check', file], ['modes', file]):
+        refused(command, f'{file}: ', says)
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / 'tank.yaml'
+    file.write_text(GOOD)
+    return file
+
+
+def refused(command: list[object], *says: str) -> None:
+    result = slosh(*command)
+    assert result.returncode == 1, result
+    assert result.stdout == ''
+    assert result.stderr.startswith('error: ')
+    assert result.stderr.count('\n') == 1, result.stderr
+    for text in says:
+        assert text in result.stderr
+
+
+def test_missing_files(tmp_path, config):
+    missing = tmp_path / 'no.yaml'
+    refused(['check', missing], f'{missing}: cannot be read: No such file or directory')
+    refused(['check', tmp_path], 'cannot be read: Is a directory')
+    refused(['replay', tmp_path / 'no_bag', '--config', config], 'no_bag: there is no such bag')
+    (tmp_path / 'empty').mkdir()
+    refused(['replay', tmp_path / 'empty', '--config', config], 'cannot be read as a bag')
+
+
+@pytest.mark.parametrize('kind', ['mcap', 'sqlite3', 'ros1'])
+def test_truncated_bag(tmp_path, config, kind):
+    bag = write_bag(
+        tmp_path / ('drive.bag' if kind == 'ros1' else 'drive'), stamps(5.0, 0.01), brake, kind
+    )
+    file = bag if kind == 'ros1' else next(p for p in bag.iterdir() if p.suffix != '.yaml')
+    whole = file.read_bytes()
+    file.write_bytes(whole[: int(0.6 * len(whole))])
+    out = tmp_path / 'loads.csv'
+    refused(['replay', bag, '--config', config, '--out', out], str(bag))
+    assert not out.exists()
+
+
+def test_bag_damaged_in_the_middle(tmp_path, config):
+    """rosbags reads on without an error; the missing messages give it away."""
+    bag = write_bag(tmp_path / 'drive', stamps(20.0, 0.01), brake)
+    (file,) = bag.glob('*.mcap')
+    damaged = bytearray(file.read_bytes())
+    middle = len(damaged) // 2
+    damaged[middle : middle + 4096] = b'\xa5' * 4096
+    file.write_bytes(damaged)
+    out = tmp_path / 'loads.csv'
+    refused(['replay', bag, '--config', config, '--out', out], str(bag), 'damaged')
+    assert not list(tmp_path.glob('loads*'))
+
+
+def test_bag_without_the_topic(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake, topic='/chassis/imu')
+    refused(
+        ['replay', bag, '--config', config, '--imu', '/imu/data'],
+        'has no topic /imu/data', 'sensor_msgs/Imu is on /chassis/imu',
+    )  # fmt: skip
+    refused(['replay', bag, '--config', config, '--twist', '/chassis/imu'], 'has sensor_msgs/msg/Imu on /chassis/imu')
+    assert slosh('replay', bag, '--config', config).returncode == 0  # the only Imu there is
+
+
+def test_bag_without_a_usable_sample(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), lambda t: (float('nan'), 0.0, 9.81))
+    refused(['replay', bag, '--config', config], 'no sample that could be used', '101 rejected: not finite')
+
+
+def test_unknown_ending_of_the_output(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake)
+    refused(['replay', bag, '--config', config, '--out', tmp_path / 'loads.xls'], '.csv or .mcap')
+    refused(['replay', bag, '--config', config, '--out', tmp_path / 'no/loads.csv'], 'cannot be written')
+    refused(['replay', bag, '--config', config, '--imu', '/a', '--twist', '/b'], 'choose one input')
+
+
+@pytest.mark.parametrize(
+    'command', [['modes'], ['replay', 'bag'], ['modes', 'a', '--fil', '0.5'], ['sloshh']]
+)
+def test_wrong_usage_exits_with_2(command):
+    result = slosh(*command)
+    assert result.returncode == 2
+    assert 'Traceback' not in result.stderr
+
+
+def test_unknown_tank_and_fill(config):
+    refused(['modes', config, '--tank', 'front'], 'has no tank front; it has tank')
+    refused(['modes', config, '--fill', '1.2'], '--fill is 1.2; it must be a ratio from 0.01 to 0.99')

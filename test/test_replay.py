@@ -1,0 +1,217 @@
+"""`slosh replay`: the paper's braking case from a bag, formats, outputs, live equals offline."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY
+from drives import SECOND, START, G, feed, stamps, wrenches, write_bag
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from slosh_ros.engine import SloshConfig, SloshEngine
+
+BRAKED = """/**:
+  ros__parameters:
+    tank:
+      shape: cylinder_x
+      radius: 1.2
+      length: 5.75
+      fill_depth: 1.2
+      modes: {modes}
+      damping_ratio: 0.0
+"""
+HEAD = (
+    'stamp_ns,fx,fy,fz,mx,my,mz,total_fx,total_fy,total_fz,total_mx,total_my,total_mz,'
+    'elevation_max,valid'
+)
+
+
+def slosh(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, '-m', 'slosh_ros.cli', *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+def table(path: Path) -> np.ndarray:
+    return np.genfromtxt(path, delimiter=',', names=True)
+
+
+def brake(t: float) -> tuple[float, float, float]:
+    """Section 4.3: 0.1 g, reached in 2 s."""
+    return (-0.981 * min(t / 2.0, 1.0), 0.0, G)
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / 'braked.yaml'
+    file.write_text(BRAKED.format(modes=1))
+    return file
+
+
+@pytest.mark.parametrize(
+    ('modes', 'published'),
+    [(1, 1.4657), pytest.param(60, 1.4751, id='24 longitudinal modes')],
+)
+def test_section_4_3_peak_braking_force(tmp_path, modes, published):
+    """Peak of the total force over m a_0, half full, THEORY 8."""
+    config = tmp_path / 'braked.yaml'
+    config.write_text(BRAKED.format(modes=modes))
+    period = 2 * np.pi / 1.65
+    bag = write_bag(tmp_path / 'bag', stamps(3.5 * period, 0.01), brake)
+    result = slosh('replay', bag, '--config', config, '--out', tmp_path / 'loads.csv')
+    assert result.returncode == 0, result.stderr
+    loads = table(tmp_path / 'loads.csv')
+    mass = 1000 * np.pi * 1.2**2 / 2 * 5.75
+    assert loads['total_fx'].max() / (mass * 0.981) == pytest.approx(published, rel=1e-3)
+
+
+@pytest.mark.parametrize('kind', ['mcap', 'mcap_zstd', 'sqlite3', 'sqlite3_zstd', 'ros1'])
+def test_every_bag_format_gives_the_same_bits(tmp_path, config, kind):
+    times = stamps(2.0, 0.01)
+    bag = write_bag(tmp_path / ('drive.bag' if kind == 'ros1' else 'drive'), times, brake, kind)
+    result = slosh('replay', bag, '--config', config, '--out', tmp_path / 'loads.csv')
+    assert result.returncode == 0, result.stderr
+    with (tmp_path / 'loads.csv').open() as file:
+        rows = list(csv.DictReader(file))
+    assert ','.join(rows[0]) == HEAD
+    expected = feed(SloshEngine(SloshConfig.from_file(config)), times, brake)
+    assert [int(row['stamp_ns']) for row in rows] == times
+    assert [float(row['fx']) for row in rows] == wrenches(expected)[:, 0].tolist()
+
+
+def test_bare_mcap_file_is_read_too(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake)
+    (file,) = bag.glob('*.mcap')
+    assert slosh('replay', file, '--config', config).returncode == 0
+
+
+def test_bag_of_wrenches_holds_the_same_doubles(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake)
+    for name in ('loads.csv', 'loads.mcap'):
+        result = slosh('replay', bag, '--config', config, '--out', tmp_path / name)
+        assert result.returncode == 0, result.stderr
+    loads = table(tmp_path / 'loads.csv')
+    read: dict[str, list[tuple[int, float, float]]] = {}
+    with AnyReader(
+        [tmp_path / 'loads.mcap'], default_typestore=get_typestore(Stores.ROS2_JAZZY)
+    ) as reader:
+        for connection, received, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            stamp = message.header.stamp.sec * SECOND + message.header.stamp.nanosec
+            assert stamp == received
+            assert message.header.frame_id == 'base_link'
+            entry = (stamp, message.wrench.force.x, message.wrench.torque.y)
+            read.setdefault(connection.topic, []).append(entry)
+    with (tmp_path / 'loads.csv').open() as file:
+        rows = list(csv.DictReader(file))
+    for topic, prefix in (('/slosh_node/wrench', ''), ('/slosh_node/wrench_total', 'total_')):
+        assert read[topic] == [
+            (int(r['stamp_ns']), float(r[f'{prefix}fx']), float(r[f'{prefix}my'])) for r in rows
+        ]
+    assert len(rows) == len(loads)
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        'braked.yaml', 'drive', 'loads.csv', 'loads.mcap'
+    ]  # fmt: skip
+
+
+def test_a_part_of_a_bag_is_replayed(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(3.0, 0.01), brake)
+    out = tmp_path / 'loads.csv'
+    result = slosh(
+        'replay', bag, '--config', config, '--out', out, '--start', 1.0, '--duration', 0.5
+    )
+    assert result.returncode == 0, result.stderr
+    rows = out.read_text().splitlines()[1:]
+    assert [int(rows[0].split(',')[0]), len(rows)] == [START + SECOND, 50]
+
+
+@pytest.mark.parametrize('drive', ['highway_drive', 'husky'])
+def test_recorded_drives_replay_with_a_picture(tmp_path, drive):
+    picture = tmp_path / 'drive.png'
+    result = slosh(
+        'replay', REPOSITORY / 'bags' / drive, '--config', REPOSITORY / 'config' / f'{drive}.yaml',
+        '--plot', picture, '--out', tmp_path / 'loads.csv', '--duration', 30.0,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    assert picture.read_bytes().startswith(b'\x89PNG')
+    assert picture.stat().st_size > 50_000
+    loads = table(tmp_path / 'loads.csv')
+    assert all(np.isfinite(loads[name]).all() for name in loads.dtype.names)
+    assert np.all(np.diff(loads['stamp_ns']) > 0)
+
+
+def test_the_highway_drive_sloshes_as_much_as_its_accelerations_allow(tmp_path):
+    """Order of magnitude by hand: 0.1 g of braking and grade on 27.8 t is 27 kN."""
+    out = tmp_path / 'loads.csv'
+    result = slosh(
+        'replay', REPOSITORY / 'bags/highway_drive',
+        '--config', REPOSITORY / 'config/highway_drive.yaml', '--out', out,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    assert '6256 samples' in result.stdout
+    loads = table(out)
+    assert len(loads) == 6256
+    mass = 1000 * np.pi * 1.125**2 / 2 * 14
+    assert -loads['total_fz'].mean() == pytest.approx(mass * 9.70, rel=0.01)  # the phone reads 9.70
+    assert 5e3 < np.abs(loads['fx']).max() < 0.5 * mass * G
+
+
+def test_the_grade_of_the_road_is_felt_by_the_imu_only(tmp_path):
+    """The twist of the same drive knows braking but not the hills."""
+    peaks = {}
+    for source in ('--imu', '--twist'):
+        out = tmp_path / 'loads.csv'
+        topic = '/imu/data' if source == '--imu' else '/twist'
+        result = slosh(
+            'replay', REPOSITORY / 'bags/highway_drive', '--out', out, source, topic,
+            '--config', REPOSITORY / 'config/highway_drive.yaml',
+        )  # fmt: skip
+        assert result.returncode == 0, result.stderr
+        loads = table(out)
+        peaks[source] = (np.abs(loads['my']).max(), loads['total_fx'].std())
+    ratio = peaks['--imu'][0] / peaks['--twist'][0]
+    assert 0.3 < ratio < 3.0
+    assert ratio != pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.ros
+@pytest.mark.timeout(300)
+def test_live_equals_offline_bit_for_bit(tmp_path):
+    """Every sample of the highway drive over DDS, reliable and in lock-step, as exact doubles."""
+    pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
+    from ros_rig import Driver, NodeProcess, imu, stamp_of, wrench_of
+
+    config = REPOSITORY / 'config/highway_drive.yaml'
+    out = tmp_path / 'loads.csv'
+    assert (
+        slosh('replay', REPOSITORY / 'bags/highway_drive', '--config', config, '--out', out)
+    ).returncode == 0
+    with out.open() as file:
+        offline = list(csv.reader(file))[1:]
+    live = []
+    with (
+        NodeProcess(
+            'slosh_node', tmp_path / 'node.log', '--params-file', str(config),
+            '-p', 'qos_overrides./imu/data.subscription.reliability:=reliable',
+        ) as node,
+        Driver() as driver,
+        AnyReader(
+            [REPOSITORY / 'bags/highway_drive'], default_typestore=get_typestore(Stores.ROS2_JAZZY)
+        ) as reader,
+    ):  # fmt: skip
+        node.wait_for('ready')
+        driver.wait_for_node()
+        connections = [c for c in reader.connections if c.topic == '/imu/data']
+        for connection, _, raw in reader.messages(connections):
+            recorded = reader.deserialize(raw, connection.msgtype)
+            a, w = recorded.linear_acceleration, recorded.angular_velocity
+            stamp = recorded.header.stamp.sec * SECOND + recorded.header.stamp.nanosec
+            wrench, total = driver.exchange(imu(stamp, (a.x, a.y, a.z), (w.x, w.y, w.z)))
+            live.append([stamp_of(wrench), *wrench_of(wrench), *wrench_of(total)])
+    assert len(live) == len(offline) == 6256
+    assert live == [[int(row[0]), *map(float, row[1:13])] for row in offline]
