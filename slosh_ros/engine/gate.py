@@ -30,7 +30,7 @@ class Verdict(Enum):
     @property
     def accepted(self) -> bool:
         """Whether the sample was used."""
-        return not self.value.startswith('rejected')
+        return not str(self.value).startswith('rejected')
 
     @property
     def from_rest(self) -> bool:

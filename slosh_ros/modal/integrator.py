@@ -30,7 +30,7 @@ ComplexArray = NDArray[np.complex128]
 
 _SERIES_RADIUS = 0.25  # below it phi_2 by its series; above it the recurrence loses < 2 digits
 _SERIES_ORDER = 12  # 0.25^12 / 12! is below rounding
-_PHI_2_SERIES = np.array([1.0 / math.factorial(k + 2) for k in range(_SERIES_ORDER)])
+_PHI_2_SERIES = [1.0 / math.factorial(k + 2) for k in range(_SERIES_ORDER)]
 
 
 class ModalIntegrator:
@@ -52,6 +52,8 @@ class ModalIntegrator:
         self._amplitude: ComplexArray = np.zeros(len(omega), dtype=complex)
         self._carried: Array = np.zeros(len(omega))
         self._drive: ComplexArray = np.zeros(len(omega), dtype=complex)
+        self._interval = 0.0
+        self._gains = (self._drive, self._drive, self._drive)
 
     @property
     def beta(self) -> Array:
@@ -82,13 +84,15 @@ class ModalIntegrator:
         carried : array, shape (n,)
             Modal velocity carried by the tank's own motion at the end of the interval [m/s].
         """
+        if interval != self._interval:  # samples of a simulator come at equal intervals
+            x = self._pole * interval
+            phi_1, phi_2 = _phi_functions(x)
+            self._gains = 1.0 + x * phi_1, interval * (phi_1 - phi_2), interval * phi_2
+            self._interval = interval
         before = self._drive
         self._take(force, carried)
-        x = self._pole * interval
-        phi_1, phi_2 = _phi_functions(x)
-        self._amplitude = (1.0 + x * phi_1) * self._amplitude + interval * (
-            (phi_1 - phi_2) * before + phi_2 * self._drive
-        )
+        free, first, last = self._gains
+        self._amplitude = free * self._amplitude + first * before + last * self._drive
 
     def coast(self, interval: float, force: Array, carried: Array) -> None:
         """Let the liquid move freely over an interval without input, then take up this one."""
@@ -115,8 +119,7 @@ def _phi_functions(x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
 
 
 def _phi_2_series(x: ComplexArray) -> ComplexArray:
-    powers = np.multiply.accumulate(
-        np.broadcast_to(x, (_SERIES_ORDER - 1, len(x))), axis=0, dtype=complex
-    )
-    series: ComplexArray = _PHI_2_SERIES[0] + _PHI_2_SERIES[1:] @ powers
+    series: ComplexArray = np.full_like(x, _PHI_2_SERIES[-1])
+    for coefficient in reversed(_PHI_2_SERIES[:-1]):
+        series = series * x + coefficient
     return series

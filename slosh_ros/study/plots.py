@@ -12,13 +12,15 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
 
 from slosh_ros.bag import Recording  # noqa: E402
 from slosh_ros.errors import InputError  # noqa: E402
 from slosh_ros.hydro import ModalCoefficients  # noqa: E402
+from slosh_ros.vehicle import ClosedLoopResult  # noqa: E402
 
 # Okabe & Ito: told apart by colour-blind eyes; line styles tell them apart in grey
-COLOURS = {'x': '#0072B2', 'y': '#D55E00', 'z': '#009E73', 'wave': '#0072B2', 'mark': '#CC79A7'}
+COLOURS = {'x': '#0072B2', 'y': '#D55E00', 'z': '#009E73', 'k': 'black', 'mark': '#CC79A7'}
 STYLES = {'x': '-', 'y': '--', 'z': ':'}
 _COLUMNS = 4
 
@@ -94,15 +96,7 @@ def plot_replay(recording: Recording, title: str, path: Path) -> None:
     else:
         _lines(motion, time, recording.velocity[:, :2], 'velocity [m/s]')
     _lines(turning, time, recording.rate, 'angular rate [rad/s]', thin=True)
-    wave.plot(time, recording.elevation_max, color=COLOURS['wave'], linewidth=1.2)
-    wave.fill_between(
-        time, 0.0, recording.elevation_max, where=(~recording.valid).tolist(), step='mid',
-        color=COLOURS['mark'], alpha=0.4, label='beyond linear theory',
-    )  # fmt: skip
-    wave.set_ylabel('largest wave\nheight [m]')
-    wave.set_ylim(bottom=0.0)
-    if not recording.valid.all():
-        _legend(wave)
+    _waves(wave, recording)
     _lines(force, time, recording.wrench[:, :2] / 1e3, 'sloshing force [kN]')
     _lines(moment, time, recording.wrench[:, 3:] / 1e3, 'sloshing moment [kN m]')
     moment.set_xlabel('time since the first sample [s]')
@@ -113,7 +107,87 @@ def plot_replay(recording: Recording, title: str, path: Path) -> None:
     _save(figure, path)
 
 
-def _lines(axis: Axes, time: np.ndarray, values: np.ndarray, label: str, thin: bool = False) -> None:
+def plot_closed_loop(
+    history: NDArray[np.void],
+    recording: Recording,
+    truth: ClosedLoopResult,
+    solid: ClosedLoopResult,
+    path: Path,
+) -> None:
+    """
+    Draw a truck with liquid and with solid cargo over a shared time axis.
+
+    Parameters
+    ----------
+    history : structured array, shape (n,)
+        The log of vehicle_node.
+    recording : Recording
+        Loads at the same instants.
+    truth, solid : ClosedLoopResult
+        The scenario as one system of equations, with liquid and with frozen cargo.
+    path : Path
+        PNG, SVG or PDF file.
+    """
+    time = history['t']
+    figure, axes = plt.subplots(
+        6, 1, figsize=(11, 14), sharex=True, layout='constrained',
+        height_ratios=[0.8, 1.1, 1.1, 1, 0.8, 1.2],
+    )  # fmt: skip
+    motion, pitch, force, moment, wave, axles = axes
+    motion.plot(time, history['u'], color='k', label='speed [m/s]')
+    motion.plot(time, history['ax'], '--', color=COLOURS['y'], label='acceleration [m/s²]')
+    motion.set_ylabel('vehicle')
+    pitch.plot(time, np.degrees(history['theta_s']), color=COLOURS['x'], label='liquid cargo')
+    pitch.plot(solid.time, np.degrees(solid.q[:, 3]), '--', color=COLOURS['y'], label='solid cargo')
+    pitch.set_ylabel('semitrailer pitch,\nnose down [deg]')
+    force.plot(time, history['fx'] / 1e3, color=COLOURS['x'], label='two nodes over DDS')
+    force.plot(truth.time, truth.f1 / 1e3, ':', color='k', label='one process, exact')
+    force.set_ylabel('sloshing force,\nforward [kN]')
+    moment.plot(time, history['my'] / 1e3, color=COLOURS['x'], label='two nodes over DDS')
+    moment.plot(truth.time, truth.m5 / 1e3, ':', color='k', label='one process, exact')
+    moment.set_ylabel('sloshing moment about\nthe surface centre [kN m]')
+    _waves(wave, recording)
+    for k, (style, colour) in enumerate(zip(('-', '--', '-.', ':'), COLOURS.values(), strict=False)):
+        axles.plot(time, history[f'fz_{k + 1}'] / 1e3, style, color=colour, label=f'axle {k + 1}')
+    axles.axhline(0.0, color='k', linewidth=0.8)
+    axles.set_ylabel('axle load [kN]\n(negative: would lift off)')
+    axles.set_xlabel('time [s]')
+    for axis in axes:
+        for contact in truth.contacts:
+            if contact.entry < time[-1]:
+                axis.axvspan(contact.entry, min(contact.exit, time[-1]), color='0.5', alpha=0.15)
+        axis.grid(alpha=0.3)
+        axis.margins(x=0)
+        _legend(axis)
+    figure.suptitle(
+        'Half-full tractor-semitrailer brakes from 10 m/s over a 0.2 m bump '
+        '(grey: an axle is on the bump)'
+    )
+    _save(figure, path)
+
+
+def _waves(axis: Axes, recording: Recording) -> None:
+    """Draw wave height, shaded where it is too high for linear theory."""
+    axis.plot(
+        recording.time, recording.elevation_max, color=COLOURS['x'], label='largest in the tank'
+    )
+    axis.fill_between(
+        recording.time, 0.0, 1.0, where=(~recording.valid).tolist(), step='mid', linewidth=0.0,
+        color=COLOURS['mark'], alpha=0.3, label='beyond linear theory',
+        transform=axis.get_xaxis_transform(),
+    )  # fmt: skip
+    axis.set_ylabel('wave height [m]')
+    axis.set_ylim(bottom=0.0)
+    _legend(axis)
+
+
+def _lines(
+    axis: Axes,
+    time: NDArray[np.float64],
+    values: NDArray[np.float64],
+    label: str,
+    thin: bool = False,
+) -> None:
     for column, name in zip(values.T, 'xyz', strict=False):
         axis.plot(
             time, column, STYLES[name], color=COLOURS[name], label=name,

@@ -1,0 +1,65 @@
+"""`slosh modes` and `slosh check`: table, JSON and picture."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY
+from test_replay import slosh
+
+CONFIG = REPOSITORY / 'config' / 'rectangular_tank.yaml'
+
+
+def test_json_has_the_names_of_the_contract_and_table_1():
+    result = slosh('modes', CONFIG, '--json')
+    assert result.returncode == 0, result.stderr
+    found = json.loads(result.stdout)
+    assert list(found) == [
+        'tank', 'route', 'mass', 'volume', 'surface_height', 'centroid', 'inertia_frozen',
+        'inertia_stokes_joukowski', 'modes',
+    ]  # fmt: skip
+    assert found['mass'] == pytest.approx(10880.0)
+    assert found['volume'] == pytest.approx(12.8)
+    assert found['surface_height'] == pytest.approx(0.0)
+    assert found['centroid'] == pytest.approx([0.0, 0.0, -0.4])
+    assert np.shape(found['inertia_stokes_joukowski']) == (3, 3)
+    first = found['modes'][0]
+    assert list(first) == ['name', 'omega', 'mu', 'lambda', 'damping_ratio']
+    assert first['omega'] == pytest.approx(1.082569, abs=5e-7)
+    assert first['lambda'] == pytest.approx([-22047.49, 0, 0, 0, 17494.34, 0], abs=5e-3)
+    assert [m['omega'] for m in found['modes']] == sorted(m['omega'] for m in found['modes'])
+
+
+def test_table_shows_units_and_every_mode():
+    result = slosh('modes', CONFIG)
+    assert result.returncode == 0, result.stderr
+    for text in ('[rad/s]', '[kg m]', 'lambda_5', '1.08257', 'x1y1', '17494.3', 'Stokes-Joukowski'):
+        assert text in result.stdout
+    assert '…' not in result.stdout  # nothing is cut off
+
+
+def test_fill_is_taken_from_the_command_line():
+    depths = []
+    for fill in (0.25, 0.5):
+        found = json.loads(slosh('modes', CONFIG, '--json', '--fill', fill).stdout)
+        assert found['mass'] == pytest.approx(fill * 8 * 2 * 1.6 * 850)
+        depths.append(found['modes'][0]['omega'])
+    assert depths[0] < depths[1]
+
+
+@pytest.mark.parametrize('name', ['rectangular_tank', 'half_full_tanker'])
+def test_picture_of_the_surface_shapes(tmp_path, name):
+    picture = tmp_path / 'modes.png'
+    result = slosh('modes', REPOSITORY / 'config' / f'{name}.yaml', '--plot', picture)
+    assert result.returncode == 0, result.stderr
+    assert picture.read_bytes().startswith(b'\x89PNG')
+    assert picture.stat().st_size > 30_000
+
+
+def test_every_shipped_configuration_is_good():
+    files = sorted((REPOSITORY / 'config').rglob('*.yaml'))
+    result = slosh('check', *files)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.count(': good: ') == len(files)
