@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -56,10 +57,8 @@ class Relay(Node):
 def relay() -> None:
     """Run the relay until it is told to end."""
     rclpy.init()
-    try:
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
         rclpy.spin(Relay())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
 
 
 def measure(command: list[str], samples: int) -> dict[str, float]:
@@ -71,7 +70,10 @@ def measure(command: list[str], samples: int) -> dict[str, float]:
     executor.add_node(node)
     answered: list[int] = []
     node.create_subscription(
-        WrenchStamped, 'slosh_node/wrench_state', lambda m: answered.append(m.header.stamp.sec), QOS
+        WrenchStamped,
+        'slosh_node/wrench_state',
+        lambda m: answered.append(m.header.stamp.sec),
+        QOS,
     )
     publisher = node.create_publisher(Imu, 'imu/data', QOS)
     with tempfile.TemporaryFile() as log:

@@ -40,9 +40,7 @@ def stamps(duration: float, step: float) -> list[int]:
 def feed(
     engine: SloshEngine, times: Iterable[int], force: object, rate: object = (0.0, 0.0, 0.0)
 ) -> list[Loads]:
-    """
-    Feed Imu samples; force and rate are vectors or functions of time since START [s].
-    """
+    """Feed Imu samples; force and rate are vectors or functions of time since START [s]."""
     answers = []
     for stamp in times:
         t = (stamp - START) / SECOND
@@ -91,9 +89,7 @@ def write_bag(
     kind: str = 'mcap',
     topic: str = '/imu/data',
 ) -> Path:
-    """
-    Write a bag of Imu messages: `mcap`, `mcap_zstd`, `sqlite3`, `sqlite3_zstd` or `ros1`.
-    """
+    """Write a bag of Imu messages: `mcap`, `mcap_zstd`, `sqlite3`, `sqlite3_zstd` or `ros1`."""
     if kind == 'ros1':
         store = get_typestore(Stores.ROS1_NOETIC)
         with Writer1(path) as writer:

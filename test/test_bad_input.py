@@ -1,3 +1,4 @@
+# ruff: noqa: E501 (a table of messages is read along its lines)
 """Bad input: one clear message that names the input and the remedy, exit code 1, no traceback."""
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ def test_truncated_bag(tmp_path, config, kind):
 
 
 def test_bag_damaged_in_the_middle(tmp_path, config):
-    """rosbags reads on without an error; the missing messages give it away."""
+    """Rosbags reads on without an error; the missing messages give it away."""
     bag = write_bag(tmp_path / 'drive', stamps(20.0, 0.01), brake)
     (file,) = bag.glob('*.mcap')
     damaged = bytearray(file.read_bytes())
@@ -117,20 +118,32 @@ def test_bag_without_the_topic(tmp_path, config):
         ['replay', bag, '--config', config, '--imu', '/imu/data'],
         'has no topic /imu/data', 'sensor_msgs/Imu is on /chassis/imu',
     )  # fmt: skip
-    refused(['replay', bag, '--config', config, '--twist', '/chassis/imu'], 'has sensor_msgs/msg/Imu on /chassis/imu')
+    refused(
+        ['replay', bag, '--config', config, '--twist', '/chassis/imu'],
+        'has sensor_msgs/msg/Imu on /chassis/imu',
+    )
     assert slosh('replay', bag, '--config', config).returncode == 0  # the only Imu there is
 
 
 def test_bag_without_a_usable_sample(tmp_path, config):
     bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), lambda t: (float('nan'), 0.0, 9.81))
-    refused(['replay', bag, '--config', config], 'no sample that could be used', '101 rejected: not finite')
+    refused(
+        ['replay', bag, '--config', config],
+        'no sample that could be used',
+        '101 rejected: not finite',
+    )
 
 
 def test_unknown_ending_of_the_output(tmp_path, config):
     bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake)
     refused(['replay', bag, '--config', config, '--out', tmp_path / 'loads.xls'], '.csv or .mcap')
-    refused(['replay', bag, '--config', config, '--out', tmp_path / 'no/loads.csv'], 'cannot be written')
-    refused(['replay', bag, '--config', config, '--imu', '/a', '--twist', '/b'], 'choose one input')
+    refused(
+        ['replay', bag, '--config', config, '--out', tmp_path / 'no/loads.csv'],
+        'cannot be written',
+    )
+    refused(
+        ['replay', bag, '--config', config, '--imu', '/a', '--twist', '/b'], 'choose one input'
+    )
 
 
 @pytest.mark.parametrize(
@@ -144,4 +157,6 @@ def test_wrong_usage_exits_with_2(command):
 
 def test_unknown_tank_and_fill(config):
     refused(['modes', config, '--tank', 'front'], 'has no tank front; it has tank')
-    refused(['modes', config, '--fill', '1.2'], '--fill is 1.2; it must be a ratio from 0.01 to 0.99')
+    refused(
+        ['modes', config, '--fill', '1.2'], '--fill is 1.2; it must be a ratio from 0.01 to 0.99'
+    )

@@ -121,7 +121,7 @@ MOUNT = ([3.1, -0.7, 1.9], [0.4, -1.1, 2.3])
 
 
 def measured(mount: tuple, spin: object, angular_acceleration: object, force: object):
-    """What an IMU at the mount measures, of a vehicle whose base_link moves as told."""
+    """Measure with an IMU at the mount, on a vehicle whose base_link moves as told."""
     pose = Pose.from_xyz_rpy(*map(np.array, mount))
 
     def specific(t: float) -> np.ndarray:
@@ -133,7 +133,9 @@ def measured(mount: tuple, spin: object, angular_acceleration: object, force: ob
     return specific, lambda t: pose.rotation.T @ np.array(spin(t))
 
 
-def mounted_loads(mount: tuple, step: float, spin: object, alpha: object, force: object) -> np.ndarray:
+def mounted_loads(
+    mount: tuple, step: float, spin: object, alpha: object, force: object
+) -> np.ndarray:
     engine = engine_of(
         tank__damping_ratio=0.02, tank__xyz=[-2.0, 0.1, 1.3], tank__modes=12,
         imu__xyz=mount[0], imu__rpy=mount[1],
@@ -191,7 +193,9 @@ def test_coupling_matrix_is_the_feed_through_of_the_wrench():
     engine = engine_of(tank__xyz=[1.0, 0.5, 2.0])
     *_, before = feed(engine, stamps(0.1, 0.01), REST)
     jump = np.array([0.7, -0.4, 0.2])
-    ((_, after),) = [engine.feed(MotionSample.from_imu(START + SECOND // 10 + 1, [*jump + REST], [0.0] * 3))]
+    ((_, after),) = [
+        engine.feed(MotionSample.from_imu(START + SECOND // 10 + 1, [*jump + REST], [0.0] * 3))
+    ]
     np.testing.assert_allclose(after.state, before.state, atol=1e-3)
     np.testing.assert_allclose(
         after.wrench - before.wrench, engine.coupling @ [*jump, 0, 0, 0], rtol=1e-6, atol=1e-3
@@ -200,8 +204,11 @@ def test_coupling_matrix_is_the_feed_through_of_the_wrench():
 
 
 def test_mirrored_drive_gives_mirrored_loads():
-    """y -> -y: forces and moments change as a vector and an axial vector do."""
-    drive = (lambda t: (np.sin(t), 0.3 * np.sin(2 * t), G), lambda t: (0.05 * t, 0.02 * t, 0.1 * t))
+    """Y -> -y: forces and moments change as a vector and an axial vector do."""
+    drive = (
+        lambda t: (np.sin(t), 0.3 * np.sin(2 * t), G),
+        lambda t: (0.05 * t, 0.02 * t, 0.1 * t),
+    )
     mirrored = (
         lambda t: (np.sin(t), -0.3 * np.sin(2 * t), G),
         lambda t: (-0.05 * t, 0.02 * t, -0.1 * t),

@@ -66,7 +66,7 @@ def test_splitting_an_interval_changes_nothing():
 
 
 def test_piecewise_linear_input_is_solved_exactly():
-    """Against an adaptive Runge-Kutta of the second-order equation, carried input differentiated."""
+    """Against adaptive Runge-Kutta of the second-order equation, its input differentiated."""
     rng = np.random.default_rng(2)
     times = np.cumsum([0.0, *rng.uniform(0.05, 0.6, 12)])
     force, carried = rng.normal(size=(2, len(times), 4))

@@ -35,7 +35,15 @@ def test_json_has_the_names_of_the_contract_and_table_1():
 def test_table_shows_units_and_every_mode():
     result = slosh('modes', CONFIG)
     assert result.returncode == 0, result.stderr
-    for text in ('[rad/s]', '[kg m]', 'lambda_5', '1.08257', 'x1y1', '17494.3', 'Stokes-Joukowski'):
+    for text in (
+        '[rad/s]',
+        '[kg m]',
+        'lambda_5',
+        '1.08257',
+        'x1y1',
+        '17494.3',
+        'Stokes-Joukowski',
+    ):
         assert text in result.stdout
     assert '…' not in result.stdout  # nothing is cut off
 

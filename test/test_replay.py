@@ -157,7 +157,9 @@ def test_the_highway_drive_sloshes_as_much_as_its_accelerations_allow(tmp_path):
     loads = table(out)
     assert len(loads) == 6256
     mass = 1000 * np.pi * 1.125**2 / 2 * 14
-    assert -loads['total_fz'].mean() == pytest.approx(mass * 9.70, rel=0.01)  # the phone reads 9.70
+    assert -loads['total_fz'].mean() == pytest.approx(
+        mass * 9.70, rel=0.01
+    )  # the phone reads 9.70
     assert 5e3 < np.abs(loads['fx']).max() < 0.5 * mass * G
 
 

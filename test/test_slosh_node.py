@@ -9,14 +9,14 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from geometry_msgs.msg import Twist, TwistStamped  # noqa: E402
-from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data  # noqa: E402
-from ros_rig import Driver, NodeProcess, imu, stamp_of, wrench_of  # noqa: E402
-from std_msgs.msg import Float64MultiArray  # noqa: E402
-from std_srvs.srv import Trigger  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist, TwistStamped
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from ros_rig import Driver, NodeProcess, imu, stamp_of, wrench_of
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -121,7 +121,10 @@ def test_braking_pushes_the_tank_forward(node, driver):
 def test_rejected_samples_are_counted_and_unanswered(node, driver):
     driver.wait_for_node()
     good = [imu(START), imu(START + 5 * STEP), imu(START + 6 * STEP)]
-    nan, inf, huge = (imu(START + 5 * STEP + k, (v, 0.0, 9.81)) for k, v in ((1, float('nan')), (2, float('inf')), (3, 1e308)))
+    nan, inf, huge = (
+        imu(START + 5 * STEP + k, (v, 0.0, 9.81))
+        for k, v in ((1, float('nan')), (2, float('inf')), (3, 1e308))
+    )
     absent = imu(START + 5 * STEP + 4)
     absent.linear_acceleration_covariance[0] = -1.0
     driver.exchange(good[0])
@@ -237,16 +240,18 @@ def test_twist_drives_the_liquid_too(tmp_path, config, kind, stamped):
         for k in range(30):
             message = kind()
             if kind is TwistStamped:
-                message.header.stamp.sec, message.header.stamp.nanosec = divmod(START + k * STEP, SECOND)
+                message.header.stamp.sec, message.header.stamp.nanosec = divmod(
+                    START + k * STEP, SECOND
+                )
             (message if kind is Twist else message.twist).linear.x = 10.0 - 0.01 * k
-            slosh, total = driver.exchange(message)
+            _, total = driver.exchange(message)
         assert wrench_of(total)[0] > 0  # braking
 
 
 @pytest.mark.parametrize(
     ('arguments', 'says'),
     [
-        (['-p', 'tank.length:=8'], 'tank.length has the integer 8 where ROS 2 wants a double; write 8.0'),
+        (['-p', 'tank.length:=8'], 'tank.length has the integer 8 where ROS 2 wants a double'),
         (['-p', 'tank.lenght:=8.0'], 'tank.lenght is not a parameter; did you mean tank.length?'),
         (['-p', 'tank.width:=-2.0'], 'tank.width is -2 [m]; it must be from'),
         (['-p', 'tank.fill_ratio:=0.5'], 'tank.fill_ratio and tank.fill_depth are both given'),

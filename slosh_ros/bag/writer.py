@@ -68,9 +68,7 @@ class BagWriter:
         self._frame = frame
         self._folder = Path(tempfile.mkdtemp(prefix='.slosh_replay_', dir=path.parent))
         self._types = get_typestore(Stores.ROS2_JAZZY)
-        self._writer = Writer(
-            self._folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP
-        )
+        self._writer = Writer(self._folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         self._wrench, self._total = (
             self._writer.add_connection(

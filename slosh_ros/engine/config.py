@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +23,10 @@ _DIMENSIONS = {
     'rectangular': ('length', 'width', 'height'),
     'cylinder_x': ('radius', 'length'),
 }
-_SHAPES = {'rectangular': rectangular, 'cylinder_x': cylinder_x}
+_SHAPES: dict[str, Callable[..., UniformTank]] = {
+    'rectangular': rectangular,
+    'cylinder_x': cylinder_x,
+}
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 _FILL_RANGE = (0.01, 0.99)
 
@@ -97,7 +100,7 @@ class SloshConfig:
 
     @property
     def sensor(self) -> Pose:
-        """Pose in base_link of the point and axes that are measured; a twist is base_link's own."""
+        """Pose in base_link of what is measured; a twist is base_link's own."""
         return self.imu if self.source == 'imu' else Pose.identity()
 
     @classmethod

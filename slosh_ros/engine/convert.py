@@ -31,9 +31,7 @@ def stamp_of(header: Any) -> int:
     return int(header.stamp.sec) * NANOSECONDS + int(header.stamp.nanosec)
 
 
-def feed_message(
-    engine: SloshEngine, message: Any, received: int
-) -> tuple[Verdict, Loads | None]:
+def feed_message(engine: SloshEngine, message: Any, received: int) -> tuple[Verdict, Loads | None]:
     """
     Feed a message of the engine's :func:`input_type`.
 
@@ -65,9 +63,7 @@ def _feed_imu(engine: SloshEngine, message: Any) -> tuple[Verdict, Loads | None]
         engine.warnings['gyro marked absent by its covariance: rate taken as zero'] += 1
         rate = [0.0, 0.0, 0.0]
     return engine.feed(
-        MotionSample.from_imu(
-            stamp_of(message.header), _xyz(message.linear_acceleration), rate
-        )
+        MotionSample.from_imu(stamp_of(message.header), _xyz(message.linear_acceleration), rate)
     )
 
 

@@ -25,7 +25,8 @@ class Loads:
     """
     What the liquid does to the tanks at one instant.
 
-    Wrenches are force [N] and moment [N m] stacked, in axes and about the origin of the output frame.
+    Wrenches are force [N] and moment [N m] stacked, in the axes and about the origin of the
+    output frame.
 
     Attributes
     ----------
@@ -78,7 +79,7 @@ class SloshEngine:
     @property
     def coupling(self) -> Array:
         """Wrench per acceleration (s, alpha) of the output frame, shape (6, 6)."""
-        return np.sum([tank.coupling for tank in self.tanks], axis=0)
+        return np.asarray(np.sum([tank.coupling for tank in self.tanks], axis=0))
 
     def reset(self) -> None:
         """Forget the motion: the next good sample finds the liquid at rest."""

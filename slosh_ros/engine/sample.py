@@ -18,8 +18,8 @@ class MotionSample:
     Motion of one point of the vehicle at one instant, in axes fixed to the vehicle.
 
     The specific force of the point is `force` plus the time derivative of `velocity`: an
-    accelerometer gives all of it as `force`; where velocity is measured, it is never differentiated
-    on its way to the liquid's state.
+    accelerometer gives all of it as `force`; where velocity is measured, it is never
+    differentiated on its way to the liquid's state.
 
     Attributes
     ----------

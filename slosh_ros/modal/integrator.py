@@ -6,8 +6,8 @@ One mode obeys (THEORY 2.1)
     beta'' + 2 zeta omega beta' + omega^2 beta = -(force + d(carried)/dt)
 
 where `force` is what the specific force does to it and `carried` what the angular rate (or the
-velocity, where that is measured) carries along. With p = beta' + 2 zeta omega beta + carried no input
-is ever differentiated:
+velocity, where that is measured) carries along. With p = beta' + 2 zeta omega beta + carried no
+input is ever differentiated:
 
     beta' = p - 2 zeta omega beta - carried,      p' = -omega^2 beta - force.
 

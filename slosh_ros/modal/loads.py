@@ -1,9 +1,9 @@
 """
 Force and moment of the liquid on the tank (THEORY 2.2).
 
-All loads are linear in the modal coordinates, their rates and the acceleration (s, alpha) of O, so
-four constant matrices hold them. A wrench is force and moment stacked, shape (6,); an acceleration is
-specific force and angular acceleration stacked, shape (6,).
+All loads are linear in the modal coordinates, their rates and the acceleration (s, alpha) of O,
+so four constant matrices hold them. A wrench is force and moment stacked, shape (6,); an
+acceleration is specific force and angular acceleration stacked, shape (6,).
 """
 
 from __future__ import annotations
@@ -76,9 +76,7 @@ class LoadMatrices:
         stiffness[3] -= GRAVITY * lambdas[1]
         stiffness[4] += GRAVITY * lambdas[0]
         arm = c.mass * cross_matrix(c.liquid.centroid)
-        rigid = -np.block(
-            [[c.mass * np.eye(3), -arm], [arm, c.inertia_stokes_joukowski]]
-        )
+        rigid = -np.block([[c.mass * np.eye(3), -arm], [arm, c.inertia_stokes_joukowski]])
         surge, sway = c.static_residual
         rigid[4, 0] -= surge
         rigid[3, 1] += sway
@@ -91,7 +89,9 @@ class LoadMatrices:
 
     def moved(self, transform: Array) -> LoadMatrices:
         """Refer the wrenches to another frame; accelerations stay those of O in tank axes."""
-        return LoadMatrices(*(transform @ m for m in (self.stiffness, self.damping, self.coupling, self.rigid)))
+        return LoadMatrices(
+            *(transform @ m for m in (self.stiffness, self.damping, self.coupling, self.rigid))
+        )
 
     def state(self, beta: Array, beta_rate: Array) -> Array:
         """Sloshing wrench without feed-through: what it is when the tank does not accelerate."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
@@ -17,9 +17,11 @@ def given_parameters(node: Node) -> dict[str, object]:
 
     The node must declare its overrides automatically, so that a misspelt one is seen, too.
     """
-    values = {name: p.value for name, p in node.get_parameters_by_prefix('').items()}
+    parameters = node.get_parameters_by_prefix('')
+    values = {name: parameter.value for name, parameter in parameters.items()}
+    # rclpy gives arrays of doubles as array.array
     return {
-        name: value if isinstance(value, bool | int | float | str) else list(value or ())
+        name: list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
         for name, value in without_ros_own(values).items()
     }
 
@@ -42,14 +44,11 @@ def descriptor(row: Parameter) -> ParameterDescriptor:
         read_only=True,
         dynamic_typing='|' in row.kind,
     )
-    scalar: Callable[..., object] | None = {'double': FloatingPointRange, 'int': IntegerRange}.get(
-        row.kind
-    )
-    if scalar is FloatingPointRange and math.isfinite(row.lower):
+    if row.kind == 'double' and math.isfinite(row.lower):
         described.floating_point_range = [
             FloatingPointRange(from_value=row.lower, to_value=row.upper)
         ]
-    if scalar is IntegerRange:
+    if row.kind == 'int':
         described.integer_range = [
             IntegerRange(from_value=int(row.lower), to_value=int(row.upper), step=1)
         ]

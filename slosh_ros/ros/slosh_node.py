@@ -97,7 +97,9 @@ class SloshNode(Node):
         frame = self.engine.config.output_frame
         message.layout.dim = [
             MultiArrayDimension(label=f'wrench in {frame}: fx fy fz mx my mz', size=6, stride=36),
-            MultiArrayDimension(label=f'acceleration of {frame}: sx sy sz ax ay az', size=6, stride=6),
+            MultiArrayDimension(
+                label=f'acceleration of {frame}: sx sy sz ax ay az', size=6, stride=6
+            ),
         ]
         return message
 

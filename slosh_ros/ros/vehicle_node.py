@@ -2,11 +2,11 @@
 `vehicle_node`: a tractor-semitrailer that drives, is measured, and feels its liquid.
 
 Lock-step on simulated time: every step publishes /clock, the Imu and the twist, and waits for the
-answer of slosh_node to that very sample. Nothing depends on the wall clock, so every run is the same.
+answer of slosh_node to that very sample. Nothing depends on the wall clock: every run is the same.
 
-What comes back is the sloshing wrench *without* feed-through of acceleration; the feed-through is the
-latched coupling matrix and is solved for together with the vehicle. A total wrench taken into a dry
-vehicle would diverge at any step size (VEHICLE 8.1).
+What comes back is the sloshing wrench *without* feed-through of acceleration; the feed-through is
+the latched coupling matrix and is solved for together with the vehicle. A total wrench taken into
+a dry vehicle would diverge at any step size.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class VehicleNode(Node):
         self._imu_publisher.publish(self._imu)
 
     def _insist(self) -> None:
-        """Send again what a best-effort reader may have lost; a sample that arrived is rejected."""
+        """Send again what a best-effort reader may have lost; a duplicate is rejected."""
         if self._awaited is not None and self._awaited == self._insisted:
             self.get_logger().warning('slosh_node does not answer; sending the sample again')
             self._imu_publisher.publish(self._imu)

@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -107,7 +108,7 @@ def closed_loop_reference(scenario_file: Path, solid: bool = False) -> ClosedLoo
 
 
 def replay_history(scenario_file: Path, history: NDArray[np.void]) -> Recording:
-    """Feed the Imu samples of a history to the engine, for the waves that the log does not hold."""
+    """Feed the Imu samples of a history to the engine, for the waves the log does not hold."""
     engine = SloshEngine(SloshConfig.from_file(scenario_file))
     recording = Recording(engine)
     for row in history:
@@ -147,7 +148,7 @@ def _table(columns: dict[str, Recording]) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     for head in ('largest', *columns, 'unit'):
         table.add_column(head, justify='right')
-    rows = {
+    rows: dict[str, tuple[Callable[[Recording], float], str]] = {
         'sloshing force, fore-aft': (lambda r: np.abs(r.wrench[:, 0]).max() / 1e3, 'kN'),
         'sloshing force, sideways': (lambda r: np.abs(r.wrench[:, 1]).max() / 1e3, 'kN'),
         'sloshing moment, pitch': (lambda r: np.abs(r.wrench[:, 4]).max() / 1e3, 'kN m'),
@@ -164,7 +165,9 @@ def _table(columns: dict[str, Recording]) -> Table:
 def main() -> None:
     """Run the demo and say where its pictures are."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--out', type=Path, default=Path('demo_output'), help='folder of the pictures')
+    parser.add_argument(
+        '--out', type=Path, default=Path('demo_output'), help='folder of the pictures'
+    )
     out: Path = parser.parse_args().out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     try:

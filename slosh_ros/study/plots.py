@@ -8,16 +8,16 @@ import matplotlib as mpl
 
 mpl.use('Agg')  # files only; works without a display
 
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from slosh_ros.bag import Recording  # noqa: E402
-from slosh_ros.errors import InputError  # noqa: E402
-from slosh_ros.hydro import ModalCoefficients  # noqa: E402
-from slosh_ros.vehicle import ClosedLoopResult  # noqa: E402
+from slosh_ros.bag import Recording
+from slosh_ros.errors import InputError
+from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.vehicle import ClosedLoopResult
 
 # Okabe & Ito: told apart by colour-blind eyes; line styles tell them apart in grey
 COLOURS = {'x': '#0072B2', 'y': '#D55E00', 'z': '#009E73', 'k': 'black', 'mark': '#CC79A7'}
@@ -138,7 +138,9 @@ def plot_closed_loop(
     motion.plot(time, history['ax'], '--', color=COLOURS['y'], label='acceleration [m/s²]')
     motion.set_ylabel('vehicle')
     pitch.plot(time, np.degrees(history['theta_s']), color=COLOURS['x'], label='liquid cargo')
-    pitch.plot(solid.time, np.degrees(solid.q[:, 3]), '--', color=COLOURS['y'], label='solid cargo')
+    pitch.plot(
+        solid.time, np.degrees(solid.q[:, 3]), '--', color=COLOURS['y'], label='solid cargo'
+    )
     pitch.set_ylabel('semitrailer pitch,\nnose down [deg]')
     force.plot(time, history['fx'] / 1e3, color=COLOURS['x'], label='two nodes over DDS')
     force.plot(truth.time, truth.f1 / 1e3, ':', color='k', label='one process, exact')
@@ -147,7 +149,9 @@ def plot_closed_loop(
     moment.plot(truth.time, truth.m5 / 1e3, ':', color='k', label='one process, exact')
     moment.set_ylabel('sloshing moment about\nthe surface centre [kN m]')
     _waves(wave, recording)
-    for k, (style, colour) in enumerate(zip(('-', '--', '-.', ':'), COLOURS.values(), strict=False)):
+    for k, (style, colour) in enumerate(
+        zip(('-', '--', '-.', ':'), COLOURS.values(), strict=False)
+    ):
         axles.plot(time, history[f'fz_{k + 1}'] / 1e3, style, color=colour, label=f'axle {k + 1}')
     axles.axhline(0.0, color='k', linewidth=0.8)
     axles.set_ylabel('axle load [kN]\n(negative: would lift off)')

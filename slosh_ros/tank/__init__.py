@@ -1,8 +1,8 @@
 """
 Tanks at rest: shape, fill, centroid, frozen inertia.
 
-A new shape of uniform section is one class in :mod:`slosh_ros.tank.section`; a new kind of tank one
-class beside :class:`~slosh_ros.tank.uniform.UniformTank`.
+A new shape of uniform section is one class in :mod:`slosh_ros.tank.section`; a new kind of tank
+one class beside :class:`~slosh_ros.tank.uniform.UniformTank`.
 """
 
 from slosh_ros.tank.section import Circle, Rectangle, Section, SectionMoments

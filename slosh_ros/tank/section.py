@@ -164,5 +164,5 @@ class Rectangle(Section):
         return np.stack([half - (way - down), -down])
 
     def corners(self, depth: float) -> tuple[float, ...]:
-        """The bottom edge."""
+        """Return the place of the bottom edge."""
         return (depth / (depth + self.width / 2.0),)
