@@ -55,9 +55,13 @@ def slosh(
 def modes(
     config: ConfigFile,
     tank: Annotated[str | None, typer.Option(help='Name of one of several tanks.')] = None,
-    fill: Annotated[float | None, typer.Option(help='Fill ratio in place of the one in CONFIG.')] = None,
+    fill: Annotated[
+        float | None, typer.Option(help='Fill ratio in place of the one in CONFIG.')
+    ] = None,
     as_json: Annotated[bool, typer.Option('--json', help='Print JSON.')] = False,
-    plot: Annotated[Path | None, typer.Option(help='Draw the surface shapes: PNG, SVG, PDF.')] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help='Draw the surface shapes: PNG, SVG, PDF.')
+    ] = None,
 ) -> None:
     """Print the modal coefficients of a tank."""
     chosen = _with_fill(_one_tank(SloshConfig.from_file(config), config, tank), fill)
@@ -94,7 +98,9 @@ def replay(
     out: Annotated[Path | None, typer.Option(help='Write the loads: .csv or .mcap.')] = None,
     plot: Annotated[Path | None, typer.Option(help='Draw the loads: PNG, SVG, PDF.')] = None,
     start: Annotated[float, typer.Option(help='Leave out the first seconds.', min=0.0)] = 0.0,
-    duration: Annotated[float | None, typer.Option(help='Replay so many seconds.', min=0.0)] = None,
+    duration: Annotated[
+        float | None, typer.Option(help='Replay so many seconds.', min=0.0)
+    ] = None,
 ) -> None:
     """Replay a recorded drive: the node's own numbers, without ROS."""
     settings = SloshConfig.from_file(config)
@@ -156,6 +162,7 @@ def _with_fill(tank: TankConfig, ratio: float | None) -> TankConfig:
 
 
 def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
+    damping = tank.damping_ratio(c)
     return {
         'tank': tank.name,
         'route': c.route,
@@ -171,7 +178,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
                 'omega': float(c.omega[j]),
                 'mu': float(c.mu[j]),
                 'lambda': c.coupling[j].tolist(),
-                'damping_ratio': float(tank.damping_ratio[j]),
+                'damping_ratio': float(damping[j]),
             }
             for j, name in enumerate(c.names)
         ],
@@ -179,6 +186,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
 
 
 def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
+    damping = tank.damping_ratio(c)
     liquid = c.liquid
     _out.print(
         f'[bold]{tank.name}[/]: {tank.tank.shape}, {liquid.fill_ratio:.1%} full, '
@@ -203,18 +211,18 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
             name,
             f'{c.omega[j]:.5f}',
             f'{2.0 * np.pi / c.omega[j]:.3f}',
-            f'{tank.damping_ratio[j]:.4f}',
+            f'{damping[j]:.4f}',
             f'{c.mu[j]:.6g}',
             *(f'{c.coupling[j, k - 1]:.6g}' if c.coupling[j, k - 1] else '-' for k in _LAMBDAS),
         )
     _out.print(table)
     surge, sway = (c.coupling[:, :2] ** 2 / c.mu[:, None]).sum(axis=0) / c.mass
-    _out.print(f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways')
+    _out.print(
+        f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways'
+    )
 
 
-def _print_replay(
-    recording: Recording, engine: SloshEngine, topic: str, count: int
-) -> None:
+def _print_replay(recording: Recording, engine: SloshEngine, topic: str, count: int) -> None:
     time, peaks = recording.time, np.abs(recording.wrench).max(axis=0)
     totals = np.abs(recording.total).max(axis=0)
     _out.print(f'{count} samples of {topic} over {time[-1]:.2f} s, loads in {recording.frame}')

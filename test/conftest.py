@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import slosh_ros  # noqa: F401 - before NumPy, so that its BLAS keeps to one thread
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 
 # Discovery on loopback may miss the first announcement and then wait for seconds (no multicast):

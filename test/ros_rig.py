@@ -94,8 +94,10 @@ class Driver:
     def wait_for_node(self) -> None:
         """Wait until motion and wrenches are connected both ways."""
         self.spin_until(
-            lambda: self.publisher.get_subscription_count() > 0
-            and all(self.node.count_publishers(f'slosh_node/{name}') for name in self.received)
+            lambda: (
+                self.publisher.get_subscription_count() > 0
+                and all(self.node.count_publishers(f'slosh_node/{name}') for name in self.received)
+            )
         )
 
     def spin_until(self, done: Callable[[], bool], timeout: float = TIMEOUT) -> None:
@@ -143,7 +145,9 @@ class Driver:
         self.context.shutdown()
 
 
-def imu(stamp: int, force: tuple[float, ...] = (0.0, 0.0, 9.81), rate: tuple[float, ...] = (0.0,) * 3) -> Imu:
+def imu(
+    stamp: int, force: tuple[float, ...] = (0.0, 0.0, 9.81), rate: tuple[float, ...] = (0.0,) * 3
+) -> Imu:
     """Build an Imu message with the stamp in nanoseconds."""
     message = Imu()
     message.header.frame_id = 'imu_link'

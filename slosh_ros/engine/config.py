@@ -27,6 +27,7 @@ _SHAPES: dict[str, Callable[..., UniformTank]] = {
     'rectangular': rectangular,
     'cylinder_x': cylinder_x,
 }
+MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 _FILL_RANGE = (0.01, 0.99)
 
@@ -48,8 +49,12 @@ class TankConfig:
         Depth of the liquid [m].
     density : float
         Of the liquid [kg/m^3].
-    damping_ratio : array, shape (n,)
-        Per mode.
+    modes : int
+        Number of modes.
+    damping : array, shape (n,) or (1,)
+        Damping ratio of each mode or of all, as configured.
+    kinematic_viscosity : float or None
+        Of the liquid [m^2/s], if the damping is to follow from it.
     """
 
     name: str
@@ -57,11 +62,26 @@ class TankConfig:
     tank: UniformTank
     depth: float
     density: float
-    damping_ratio: Array
+    modes: int
+    damping: Array
+    kinematic_viscosity: float | None
 
     def coefficients(self) -> ModalCoefficients:
         """Solve for the modal coefficients; takes from a millisecond to a second."""
-        return coefficients_of(self.tank, self.depth, self.density, len(self.damping_ratio))
+        return coefficients_of(self.tank, self.depth, self.density, self.modes)
+
+    def damping_ratio(self, coefficients: ModalCoefficients) -> Array:
+        """Damping ratio of every mode, shape (n,)."""
+        if self.kinematic_viscosity is None:
+            return np.broadcast_to(self.damping, coefficients.omega.shape)
+        ratio = coefficients.wall_damping_ratio(self.kinematic_viscosity)
+        if ratio.max() > MAX_WALL_DAMPING:
+            raise InputError(
+                f'{self.name}.kinematic_viscosity is {self.kinematic_viscosity:g} m^2/s, for '
+                f'which thin boundary layers would damp by {ratio.max():.2g}; write the '
+                f'{self.name}.damping_ratio of so thick a liquid yourself'
+            )
+        return ratio
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,19 +200,23 @@ def _tank(p: Values, name: str) -> TankConfig:
             )
     tank = _SHAPES[shape](**{d: p.number(f'{name}.{d}') for d in wanted})
     modes = int(p.number(f'{name}.modes'))
-    damping = np.atleast_1d(p.vector(f'{name}.damping_ratio'))
+    damping_key, viscosity_key = f'{name}.damping_ratio', f'{name}.kinematic_viscosity'
+    damping = np.atleast_1d(p.vector(damping_key)) if damping_key in p else np.zeros(1)
     if damping.size not in (1, modes):
         raise InputError(
-            f'{name}.damping_ratio has {damping.size} numbers for {modes} modes; '
+            f'{damping_key} has {damping.size} numbers for {modes} modes; '
             'give one for all or one for each'
         )
+    viscous = viscosity_key in p and damping_key not in p  # a number of the user's own comes first
     return TankConfig(
         name=name,
         pose=Pose.from_xyz_rpy(p.vector(f'{name}.xyz'), p.vector(f'{name}.rpy')),
         tank=tank,
         depth=_depth(p, name, tank),
         density=p.number(f'{name}.density'),
-        damping_ratio=np.broadcast_to(damping, (modes,)),
+        modes=modes,
+        damping=damping,
+        kinematic_viscosity=p.number(viscosity_key) if viscous else None,
     )
 
 

@@ -151,9 +151,10 @@ class TankModel:
         output = config.pose if output_frame == 'tank_link' else Pose.identity()
         out = at_surface.seen_from(output)
         transform = wrench_transform(out.rotation, out.origin)
-        self._loads = LoadMatrices.of(c, config.damping_ratio).moved(transform)
+        self.damping_ratio = config.damping_ratio(c)
+        self._loads = LoadMatrices.of(c, self.damping_ratio).moved(transform)
         self.coupling = self._loads.coupling @ transform.T
-        self._modes = ModalIntegrator(c.omega, config.damping_ratio)
+        self._modes = ModalIntegrator(c.omega, self.damping_ratio)
 
     @property
     def beta(self) -> Array:

@@ -73,8 +73,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         '{tank}.modes', 'int', 8, 'number of sloshing modes, from the lowest frequency', '', 1, 128
     ),
     Parameter(
-        '{tank}.damping_ratio', 'double | double[]', 0.0,
-        'damping ratio of every mode, or one a mode', '', 0.0, 0.99,
+        '{tank}.damping_ratio', 'double | double[]', None,
+        'damping ratio of every mode, or one a mode; without it, that of laminar boundary layers '
+        'if kinematic_viscosity is given, else none (an ideal liquid)', '', 0.0, 0.99,
+    ),
+    Parameter(
+        '{tank}.kinematic_viscosity', 'double', None,
+        'kinematic viscosity of the liquid, for the damping of a smooth bare tank', 'm^2/s',
+        0.0, 1.0,
     ),
     Parameter('{tank}.density', 'double', 1000.0, 'density of the liquid', 'kg/m^3', 1e-3, 3e4),
     Parameter(

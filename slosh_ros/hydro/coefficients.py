@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
+from slosh_ros.errors import InputError
 from slosh_ros.tank import LiquidAtRest
 
 Array = NDArray[np.float64]
@@ -21,9 +22,9 @@ class ModalCoefficients:
     """
     Modal coefficients of the liquid in a tank, about O, the centre of the mean free surface.
 
-    Tank axes: x forward, y left, z up. Modes stand by rising natural frequency. Their shapes f_j are
-    scaled to max|f_j| = 1 on the mean free surface and are positive towards -x and -y, so that
-    lambda_1 < 0 for surge modes and lambda_2 < 0 for sway modes.
+    Tank axes: x forward, y left, z up. Modes stand by rising natural frequency. Their shapes f_j
+    are scaled to max|f_j| = 1 on the mean free surface and are positive towards -x and -y, so
+    that lambda_1 < 0 for surge modes and lambda_2 < 0 for sway modes.
 
     Attributes
     ----------
@@ -43,6 +44,9 @@ class ModalCoefficients:
         lambda_1, lambda_2, 0 [kg] and lambda_4, lambda_5, lambda_6 [kg m], eqs (11)-(14).
     inertia_stokes_joukowski : array, shape (3, 3)
         Inertia of the liquid under a closed lid (Stokes-Joukowski) about O [kg m^2].
+    wall_friction : array, shape (n,), or None
+        Half the wall integral over the volume integral of the squared velocity of the mode,
+        tangential at the wall [1/m]; None where the route does not give it.
     surface_points : array, shape (m, 2)
         Points x, y of the mean free surface at which the shapes are known [m].
     surface_shapes : array, shape (m, n)
@@ -57,6 +61,7 @@ class ModalCoefficients:
     mu: Array
     coupling: Array
     inertia_stokes_joukowski: Array
+    wall_friction: Array | None
     surface_points: Array
     surface_shapes: Array
 
@@ -81,17 +86,30 @@ class ModalCoefficients:
         modal = (GRAVITY / (self.mu * self.omega**2)) @ self.coupling[:, :2] ** 2
         return self.density * np.array(self.liquid.surface_inertia) - modal
 
-    def lowest(self, count: int) -> ModalCoefficients:
-        """Keep the `count` modes of lowest natural frequency."""
-        kept = slice(0, count)
-        return replace(
-            self,
-            names=self.names[kept],
-            omega=self.omega[kept],
-            mu=self.mu[kept],
-            coupling=self.coupling[kept],
-            surface_shapes=self.surface_shapes[:, kept],
-        )
+    def wall_damping_ratio(self, kinematic_viscosity: float) -> Array:
+        """
+        Damping ratios by laminar boundary layers at the walls of a smooth bare tank, shape (n,).
+
+        Dissipation of Stokes's layer at each point of the wall over the energy of the mode
+        (Keulegan 1959, J. Fluid Mech. 6; Case & Parkinson 1957, J. Fluid Mech. 2). A lower bound:
+        contaminated surfaces, contact lines and all that is built into a tank add to it.
+
+        Parameters
+        ----------
+        kinematic_viscosity : float
+            Of the liquid [m^2/s]; its boundary layer must be thin against the tank.
+
+        Raises
+        ------
+        InputError
+            If this route does not know the velocity at the wall.
+        """
+        if self.wall_friction is None:
+            raise InputError(
+                f'the route "{self.route}" gives no damping; write a damping_ratio instead of '
+                'the kinematic_viscosity'
+            )
+        return self.wall_friction * np.sqrt(kinematic_viscosity / (2.0 * self.omega))
 
 
 def mode_name(a: int, b: int) -> str:

@@ -57,9 +57,7 @@ def rectangular_coefficients(
     coupling[surge, 4] = -coupling[surge, 0] * moment_arm[surge]
     coupling[sway, 1] = -2.0 * density * length / k[sway] ** 2
     coupling[sway, 3] = coupling[sway, 1] * moment_arm[sway]
-    coupling[yaw, 5] = (
-        4.0 * density * (k_b**2 - k_a**2)[yaw] / (k_a[yaw] * k_b[yaw] * k[yaw]) ** 2
-    )
+    coupling[yaw, 5] = 4.0 * density * (k_b**2 - k_a**2)[yaw] / (k_a[yaw] * k_b[yaw] * k[yaw]) ** 2
 
     points = surface_grid(length, width)
     shapes = np.cos(np.outer(points[:, 0] + length / 2.0, k_a)) * np.cos(
@@ -74,6 +72,7 @@ def rectangular_coefficients(
         mu=density * plan / kappa,  # eq (10)
         coupling=coupling,
         inertia_stokes_joukowski=density * _stokes_joukowski(length, width, depth),
+        wall_friction=_wall_friction(length, width, depth, k_a, k_b),
         surface_points=points,
         surface_shapes=shapes,
     )
@@ -88,7 +87,24 @@ def _lowest_coupling_pairs(length: float, width: float, modes: int) -> list[tupl
         # a square plan leaves lambda_6 = 0 for a = b
         if (a or b) and not (a and b and np.isclose(a / length, b / width, rtol=1e-12))
     ]
-    return sorted(coupling, key=lambda ab: (np.hypot(ab[0] / length, ab[1] / width), ab[1]))[:modes]
+    return sorted(coupling, key=lambda ab: (np.hypot(ab[0] / length, ab[1] / width), ab[1]))[
+        :modes
+    ]
+
+
+def _wall_friction(length: float, width: float, depth: float, k_a: Array, k_b: Array) -> Array:
+    """Half the wall over the volume integral of |grad phi|^2, tangential at the wall [1/m]."""
+    k = np.hypot(k_a, k_b)
+    sech = 1.0 / np.cosh(np.minimum(k * depth, 300.0))  # whose square is 0 then
+    # integrals over the depth of cosh^2 and sinh^2 k(z + d), over cosh^2 kd
+    cosh2, sinh2 = (np.tanh(k * depth) / (2.0 * k) + s * depth / 2.0 * sech**2 for s in (1, -1))
+    cos_x, sin_x = length / np.where(k_a > 0, 2.0, 1.0), length / 2.0 * (k_a > 0)
+    cos_y, sin_y = width / np.where(k_b > 0, 2.0, 1.0), width / 2.0 * (k_b > 0)
+    sides = 2.0 * (k_a**2 * sin_x * cosh2 + k**2 * cos_x * sinh2)
+    ends = 2.0 * (k_b**2 * sin_y * cosh2 + k**2 * cos_y * sinh2)
+    plan = cos_x * cos_y
+    bottom = k**2 * plan * sech**2
+    return np.asarray((sides + ends + bottom) / (2.0 * k * np.tanh(k * depth) * plan))
 
 
 def _stokes_joukowski(length: float, width: float, depth: float) -> Array:
@@ -96,12 +112,12 @@ def _stokes_joukowski(length: float, width: float, depth: float) -> Array:
     m = np.arange(1, 2 * _SERIES_TERMS, 2)
 
     def edge_sum(span: float, side: float) -> float:
-        return float(64.0 * side**4 / np.pi**5 * np.sum(np.tanh(m * np.pi * span / 2 / side) / m**5.0))
+        return float(
+            64.0 * side**4 / np.pi**5 * np.sum(np.tanh(m * np.pi * span / 2 / side) / m**5.0)
+        )
 
     # J_44, J_55, J_66 of THEORY 3
     roll = length * (depth * width**3 / 12.0 + edge_sum(width, depth))
     pitch = width * (depth * length**3 / 12.0 + edge_sum(length, depth))
-    yaw = depth * (
-        width * length**3 / 12.0 - length * width**3 / 4.0 + edge_sum(length, width)
-    )
+    yaw = depth * (width * length**3 / 12.0 - length * width**3 / 4.0 + edge_sum(length, width))
     return np.diag([roll, pitch, yaw])

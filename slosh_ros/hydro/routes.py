@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from slosh_ros.hydro.coefficients import ModalCoefficients
+from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
+from slosh_ros.hydro.section import section_coefficients
 from slosh_ros.tank import Rectangle, UniformTank
+from slosh_ros.tank.upright import UprightCylinder
 
 
 def coefficients_of(
-    tank: UniformTank, depth: float, density: float, modes: int
+    tank: UniformTank | UprightCylinder, depth: float, density: float, modes: int
 ) -> ModalCoefficients:
     """
     Coefficients of the coupling modes of lowest natural frequency.
 
     Parameters
     ----------
-    tank : UniformTank
+    tank : UniformTank or UprightCylinder
         The tank.
     depth : float
         Depth of the liquid [m].
@@ -24,9 +27,8 @@ def coefficients_of(
     modes : int
         Number of modes.
     """
+    if isinstance(tank, UprightCylinder):
+        return cylinder_z_coefficients(tank, depth, density, modes)
     if isinstance(tank.section, Rectangle):
         return rectangular_coefficients(tank, depth, density, modes)
-    # scikit-fem takes a while to import; a rectangular tank does without
-    from slosh_ros.hydro.section import section_coefficients
-
     return section_coefficients(tank, depth, density, modes)

@@ -1,13 +1,13 @@
 """
 Tank of uniform section with flat ends (THEORY 4).
 
-A mode is phi = cos k(x + L/2) psi(y, z) with k = a pi/L, and psi, even or odd in y, solves
+A mode is phi = cos k(x + L/2) psi(y, z) with k = a pi/L. In the section, psi obeys
 
-    lap psi = k^2 psi in the section,  dpsi/dn = 0 on the wall,  dpsi/dz = kappa psi on the surface,
+    lap psi = k^2 psi,  dpsi/dn = 0 on the wall,  dpsi/dz = kappa psi on the free surface,
 
-in weak form (K + k^2 M) psi = kappa S psi, with the matrices of grad.grad and of the products over
-half the section and half the surface. Surge (odd a, psi even), sway (a = 0, psi odd) and yaw (odd a,
-psi odd) are all that couple with the motion of the tank.
+in weak form (K + k^2 M) psi = kappa S psi. It is even or odd in y, so that half the section will
+do. Surge (a odd, psi even), sway (a = 0, psi odd) and yaw (a odd, psi odd) are all that couple
+with the motion of the tank. K and M do not know k: their eigenpairs serve every a.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, su
 from slosh_ros.hydro.section_mesh import DEFAULT, HalfSection, Resolution, half_section
 from slosh_ros.tank import UniformTank
 
-# A mode couples if its share lambda^2/mu of the mass, or of a moment of inertia of the frozen
-# liquid, reaches this: rounding leaves 1e-20, and what is below cannot be felt even at resonance.
+# A mode couples if its share lambda^2/mu of the mass, or of a moment of inertia, of the frozen
+# liquid exceeds this. Rounding leaves some 1e-20; what is below is not felt even at resonance.
 COUPLING_SHARE = 1e-10
 
 _SAMPLES = np.linspace(0.0, 1.0, 1001)  # of half the surface, where the largest |psi| is sought
@@ -52,7 +52,7 @@ def section_coefficients(
     modes : int
         Number of modes.
     resolution : Resolution
-        Size of the discrete problem; the default leaves five digits or more of every coefficient.
+        Size of the discrete problem; the default gives five digits or more.
 
     Raises
     ------
@@ -60,8 +60,9 @@ def section_coefficients(
         If the section is far from convex.
     """
     liquid = tank.filled(depth)
+    half_width = tank.section.moments(depth).half_width
     half = half_section(tank.section, depth, resolution)
-    shift = (np.pi / tank.length) ** 2
+    shift = (np.pi / max(tank.length, 2.0 * half_width)) ** 2
     even = _Functions(half, np.ones_like(half.on_axis), shift)
     odd = _Functions(half, ~half.on_axis, shift)
     whole = np.array([liquid.volume, liquid.volume, np.inf, *np.diag(liquid.inertia)])
@@ -80,7 +81,6 @@ def section_coefficients(
         found = sorted(found + new, key=lambda mode: mode.kappa)
     found = found[:modes]
 
-    half_width = tank.section.moments(depth).half_width
     points = surface_grid(tank.length, 2.0 * half_width)
     across = half.surface(1.0 - np.abs(points[:, 1]) / half_width)
     side = np.sign(points[:, 1])
@@ -93,6 +93,7 @@ def section_coefficients(
         mu=density * np.array([mode.mu for mode in found]),
         coupling=density * np.array([mode.coupling for mode in found]),
         inertia_stokes_joukowski=density * _stokes_joukowski(tank, depth, half, even, odd),
+        wall_friction=np.array([mode.wall_friction for mode in found]),
         surface_points=points,
         surface_shapes=np.stack(
             [
@@ -109,10 +110,11 @@ def section_coefficients(
 class _Mode(NamedTuple):
     """A mode for unit density; psi is its coefficients on half the free surface."""
 
-    kappa: float
     a: int
     b: int
+    kappa: float
     mu: float
+    wall_friction: float
     coupling: Array
     psi: Array
 
@@ -121,10 +123,19 @@ class _Functions:
     """
     The functions even, or odd, in y, and on them the inverse of K + k^2 M for all k at once.
 
-    With M X = (K + s M) X Theta and X^T (K + s M) X = 1 it is X (1 + (k^2 - s) Theta)^-1 X^T. The
-    shift s > 0 is there for the constant, of which K makes nothing. The small eigenvalues Theta
-    are without digits, the knots being so dense at the contact line, but they count for nothing
-    here; the eigenvalues 1/Theta of the inverse problem would all suffer.
+    With M X = (K + s M) X Theta and X^T (K + s M) X = 1, it is X (1 + (k^2 - s) Theta)^-1 X^T. The
+    shift s > 0 is for the constant, which K maps to zero. The knots are so dense at the contact
+    line that the smallest Theta have no digits; they hardly count. The other way round, in
+    K X = M X Lambda, the largest Lambda would cost the smallest theirs.
+
+    Parameters
+    ----------
+    half : HalfSection
+        Half the section.
+    among : array of bool, shape (n,)
+        Which of its functions.
+    shift : float
+        The shift s, of the scale of the smallest k^2 or smaller [1/m^2].
     """
 
     def __init__(self, half: HalfSection, among: NDArray[np.bool_], shift: float) -> None:
@@ -173,24 +184,37 @@ def _modes(half: HalfSection, functions: _Functions, a: int, length: float) -> l
         coupling[4] = 4.0 / kappa * ((half.d_dz / k**2 - half.z) @ psi)
     mu = (length if a else 2.0 * length) / kappa  # eq (10)
 
-    # f is positive at (-x, -y): psi is at its image y > 0 if even, and negative there if odd
-    sign = np.sign(surface[0]) * (-1.0 if functions.is_odd else 1.0)
+    # half the wall over the volume integral of |grad phi|^2: along the wall, and both ends; the
+    # integrals of sin^2 and cos^2 kx, and psi^T S psi = 1 on half the surface
+    sin2, cos2 = (length / 2.0, length / 2.0) if a else (0.0, length)
+    along_wall = k**2 * sin2 * _energies(half.wall_mass, psi)
+    along_wall += cos2 * _energies(half.wall_stiffness, psi)
+    ends = 2.0 * _energies(half.stiffness, psi)
+    friction = (along_wall + ends) / (2.0 * kappa * cos2)
+
+    # f is positive at (-x, -y), hence psi at the contact line y > 0 if even, -psi if odd
+    sign = np.where((surface[0] > 0.0) == functions.is_odd, -1.0, 1.0)
     scale = sign / _peaks(half.surface(_SAMPLES) @ surface)
-    return [
-        _Mode(float(kappa[n]), a, 2 * n + functions.is_odd, *columns)
-        for n, columns in enumerate(zip(mu * scale**2, (coupling * scale).T, (surface * scale).T))
-    ]
+    columns = zip(
+        kappa, mu * scale**2, friction, (coupling * scale).T, (surface * scale).T, strict=True
+    )
+    return [_Mode(a, 2 * n + functions.is_odd, *column) for n, column in enumerate(columns)]
+
+
+def _energies(form: Array, columns: Array) -> Array:
+    """Value of a quadratic form for each column."""
+    return np.asarray(np.einsum('ij,ij->j', form @ columns, columns))
 
 
 def _peaks(samples: Array) -> Array:
-    """Largest modulus of each column; one between samples by the parabola through the next three."""
-    modulus = np.abs(samples)
-    columns, top = np.arange(modulus.shape[1]), modulus.argmax(axis=0)
-    inner = top.clip(1, len(modulus) - 2)
-    left, middle, right = (modulus[inner + step, columns] for step in (-1, 0, 1))
-    curvature = left - 2.0 * middle + right
-    rise = np.where(inner == top, -((right - left) ** 2) / (8.0 * curvature), 0.0)
-    return modulus[top, columns] + rise
+    """Largest modulus in each column, refined by the parabola through the three samples there."""
+    # beyond the ends the columns are mirrored: a peak at an end stays as it is
+    modulus = np.pad(np.abs(samples), ((1, 1), (0, 0)), mode='reflect')
+    top, column = modulus[1:-1].argmax(axis=0), np.arange(modulus.shape[1])
+    before, peak, after = (modulus[top + i, column] for i in range(3))
+    bend = np.maximum(2.0 * peak - before - after, np.finfo(float).tiny)
+    refined: Array = peak + (after - before) ** 2 / (8.0 * bend)
+    return refined
 
 
 def _stokes_joukowski(
@@ -200,8 +224,7 @@ def _stokes_joukowski(
     length, section = tank.length, tank.section.moments(depth)
 
     def across(functions: _Functions, arm: Array, second_moment: float) -> float:
-        # J_55, J_66 of THEORY 4; with the constant among the Neumann pairs (N, alpha^2) its term
-        # 8 <z, 1/A> L/2 = 4 A zbar^2 L comes by itself
+        # The constant is among the Neumann pairs (N, alpha^2) here: 4 A zbar^2 L is its term.
         theta = functions.theta
         alpha = np.sqrt(np.maximum(1.0 / theta - functions.shift, np.finfo(float).tiny))
         products = 2.0 * (arm @ functions.vectors) ** 2 / theta

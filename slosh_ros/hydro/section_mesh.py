@@ -8,8 +8,8 @@ The liquid's half y > 0 is the image of the unit square under
 a fan of four rays from the contact line C (rho = 0) to the symmetry plane (rho = 1). The first is
 the free surface, the last the wall; the two between are straight and bend the fan into polar
 coordinates around C, smooth even where surface and wall meet at nearly 180 degrees. Functions are
-products of a spline in rho and a polynomial in t. What is not smooth, a power of the distance from
-C, is so along rho: there the knots are dense.
+products of a spline in rho and a polynomial in t. The solution is singular at C, as a power of the
+distance; that is along rho, and there the knots are dense.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import Array
 from slosh_ros.tank import Section
 
-# The inner rays end so many half widths below O, but not below this share of the depth.
+# Below O, the straight rays end at so many half widths of the free surface, the scale on which
+# modes decay downwards, but not below these shares of the depth.
 _RAY_HALF_WIDTHS = np.array([0.0, 0.5, 2.0])
 _RAY_DEPTHS = np.array([0.0, 1.0, 2.0]) / 3.0
 
@@ -35,7 +36,7 @@ _UNIT = np.array([0.0, 1.0])
 @dataclass(frozen=True)
 class Resolution:
     """
-    Size of the discrete problem.
+    Size of the discrete problem, of about `spans` times `fan_degree` unknowns.
 
     Attributes
     ----------
@@ -47,9 +48,9 @@ class Resolution:
         Degree of the polynomials in t.
     """
 
-    spans: int = 24
-    degree: int = 7
-    fan_degree: int = 12
+    spans: int = 20
+    degree: int = 6
+    fan_degree: int = 14
 
 
 DEFAULT = Resolution()
@@ -58,7 +59,7 @@ DEFAULT = Resolution()
 @dataclass(frozen=True, eq=False)
 class HalfSection:
     """
-    Integrals of the functions v on the half y > 0 of the liquid in a section.
+    Integrals of the functions v over the half y > 0 of the liquid in a section.
 
     The first m of the n functions are those of the free surface; the others vanish there.
 
@@ -68,12 +69,14 @@ class HalfSection:
         Integrals over the area of grad v_i . grad v_j and of v_i v_j.
     d_dy, d_dz, y, z, roll : array, shape (n,)
         Integrals over the area of dv/dy, dv/dz, y v, z v and y dv/dz - z dv/dy.
+    wall_mass, wall_stiffness : array, shape (n, n)
+        Integrals over the wall of v_i v_j and of their derivatives along it.
     surface_mass : array, shape (m, m)
-        Integrals of v_i v_j over the free surface.
+        Integrals over the free surface of v_i v_j.
     surface_one, surface_y : array, shape (m,)
-        Integrals of v and y v over the free surface.
+        Integrals over the free surface of v and y v.
     surface : BSpline
-        The functions of the free surface, over rho = 1 - y/half_width.
+        The functions of the free surface, of rho = 1 - y/half_width.
     on_axis : array of bool, shape (n,)
         Which functions do not vanish on the symmetry plane.
     """
@@ -85,6 +88,8 @@ class HalfSection:
     y: Array
     z: Array
     roll: Array
+    wall_mass: Array
+    wall_stiffness: Array
     surface_mass: Array
     surface_one: Array
     surface_y: Array
@@ -92,9 +97,9 @@ class HalfSection:
     on_axis: NDArray[np.bool_]
 
 
-def half_section(section: Section, depth: float, resolution: Resolution) -> HalfSection:
+def half_section(section: Section, depth: float, resolution: Resolution = DEFAULT) -> HalfSection:
     """
-    Functions on half of the liquid that stands `depth` metres deep in a section.
+    Functions on half of the liquid in a section.
 
     Parameters
     ----------
@@ -112,31 +117,36 @@ def half_section(section: Section, depth: float, resolution: Resolution) -> Half
     """
     corners = np.array(section.corners(depth))
     breaks = _breaks(corners, resolution.spans)
-    along = _splines(breaks, corners, resolution.degree)
-    across = _splines(_UNIT, corners[:0], resolution.fan_degree)
+    along = _splines(breaks, resolution.degree, corners)
+    across = _splines(_UNIT, resolution.fan_degree)
+    net = _control_net(section, depth, along)
+    blend = _splines(_UNIT, len(net) - 1)
     rho, rho_weight = _gauss(breaks, resolution.degree)
     t, t_weight = _gauss(_UNIT, resolution.fan_degree + 2)
 
-    net = _control_net(section, depth, along)
-    blend = _splines(_UNIT, corners[:0], len(net) - 1)
-    # value, d/drho and d/dt of the map P and of the functions
+    # the map P and the functions, each with its derivatives by rho and by t
     orders = ((0, 0), (1, 0), (0, 1))
     (y, z), (y_rho, z_rho), (y_t, z_t) = (
         np.einsum('kdi,ri,tk->drt', net, along(rho, i), blend(t, j)).reshape(2, -1, 1)
         for i, j in orders
     )
-    v, v_rho, v_t = (_tensor(along(rho, i), across(t, j)) for i, j in orders)
-
+    v, v_rho, v_t = (_products(along(rho, i), across(t, j)) for i, j in orders)
     jacobian = y_rho * z_t - z_rho * y_t
     if jacobian.min() <= 0.0:
         raise InputError(
-            'section: its wall turns back; only sections that are convex, or nearly so, can be computed'
+            'the wall of the section turns back under or over the free surface; '
+            'only sections that are convex, or nearly so, can be computed'
         )
     v_y = (z_t * v_rho - z_rho * v_t) / jacobian
     v_z = (y_rho * v_t - y_t * v_rho) / jacobian
+
     weight = np.outer(rho_weight, t_weight).reshape(-1, 1) * jacobian
     root = np.sqrt(weight)
-    s, s_weight = along(rho), net[0, 0, 0] * rho_weight
+    half_width = float(net[0, 0, 0])
+    s, s_weight = along(rho), half_width * rho_weight
+    at_wall, along_wall = (_products(along(rho, i), across(_UNIT[1:])) for i in (0, 1))
+    # arc length per rho, on the last ray
+    speed = np.hypot(*np.einsum('di,ri->dr', net[-1], along(rho, 1)))
     m, n = s.shape[1], v.shape[1]
     return HalfSection(
         stiffness=_gram(root * v_y) + _gram(root * v_z),
@@ -146,16 +156,18 @@ def half_section(section: Section, depth: float, resolution: Resolution) -> Half
         y=np.sum(weight * y * v, axis=0),
         z=np.sum(weight * z * v, axis=0),
         roll=np.sum(weight * (y * v_z - z * v_y), axis=0),
+        wall_mass=_gram(np.sqrt(rho_weight * speed)[:, np.newaxis] * at_wall),
+        wall_stiffness=_gram(np.sqrt(rho_weight / speed)[:, np.newaxis] * along_wall),
         surface_mass=_gram(np.sqrt(s_weight)[:, np.newaxis] * s),
         surface_one=s_weight @ s,
-        surface_y=(s_weight * net[0, 0, 0] * (1.0 - rho)) @ s,
+        surface_y=(s_weight * half_width * (1.0 - rho)) @ s,
         surface=along,
         on_axis=(np.arange(n) == m - 1) | (np.arange(n) >= n - resolution.fan_degree),
     )
 
 
 def _breaks(corners: Array, spans: int) -> Array:
-    """Knots on [0, 1], dense at 0; a knot close to a corner gives way to it."""
+    """Knots on [0, 1], dense at 0; one that is close to a corner gives way to it."""
     graded = np.linspace(0.0, 1.0, spans + 1) ** 2
     distance = np.abs(np.subtract.outer(graded, corners)).min(axis=1, initial=np.inf)
     free = distance > np.gradient(graded) / 3.0
@@ -163,43 +175,40 @@ def _breaks(corners: Array, spans: int) -> Array:
     return np.unique(np.concatenate([graded[free], corners]))
 
 
-def _splines(breaks: Array, corners: Array, degree: int) -> BSpline:
-    """All B-splines on these knots, smooth except for a kink at each corner."""
-    knots = np.sort(
-        np.concatenate(
-            [breaks, np.repeat(breaks[[0, -1]], degree), np.repeat(corners, degree - 1)]
-        )
-    )
+def _splines(breaks: Array, degree: int, corners: Array = _UNIT[:0]) -> BSpline:
+    """All B-splines on these breaks, smooth except for a kink at each corner."""
+    ends = np.repeat(breaks[[0, -1]], degree)
+    knots = np.sort(np.concatenate([breaks, ends, np.repeat(corners, degree - 1)]))
     return BSpline(knots, np.eye(len(knots) - degree - 1), degree)
 
 
-def _gauss(breaks: Array, order: int) -> tuple[Array, Array]:
-    """Gauss points and weights, `order` of them between each two breaks."""
-    x, weight = np.polynomial.legendre.leggauss(order)
-    step = np.diff(breaks)[:, np.newaxis] / 2.0
-    return (breaks[:-1, np.newaxis] + step * (1.0 + x)).ravel(), (step * weight).ravel()
-
-
 def _control_net(section: Section, depth: float, along: BSpline) -> Array:
-    """Control points of the rays, shape (4, 2, m): the surface, two straight ones, the wall."""
-    # where the spline with coefficients rho itself is rho
+    """Spline coefficients of the rays, shape (4, 2, m): surface, two straight ones, wall."""
+    # the Greville points: the coefficients of the spline that equals rho
     rho = sliding_window_view(along.t[1:-1], along.k).mean(axis=1).clip(0.0, 1.0)
     wall = make_interp_spline(rho, section.wall(depth, rho), along.k, along.t, axis=1)
-    half_width = float(section.moments(depth).half_width)
+    half_width = section.moments(depth).half_width
     ends = np.minimum(half_width * _RAY_HALF_WIDTHS, depth * _RAY_DEPTHS)
     straight = [np.stack([half_width * (1.0 - rho), -end * rho]) for end in ends]
     return np.stack([*straight, wall.c.T])
 
 
-def _tensor(along: Array, across: Array) -> Array:
-    """Values of the products of functions of rho (r, m) and of t (t, f), shape (r t, n)."""
-    product = np.einsum('ri,tj->rtij', along, across)
+def _gauss(breaks: Array, order: int) -> tuple[Array, Array]:
+    """Gauss points and weights, `order` of them between each two breaks."""
+    x, weight = np.polynomial.legendre.leggauss(order)
+    half = np.diff(breaks)[:, np.newaxis] / 2.0
+    return (breaks[:-1, np.newaxis] + half * (1.0 + x)).ravel(), (half * weight).ravel()
+
+
+def _products(along: Array, across: Array) -> Array:
+    """Products of functions of rho, shape (r, m), and of t, shape (q, f), at all r q points."""
+    product = np.einsum('ri,qj->rqij', along, across)
     product = product.reshape(-1, *product.shape[2:])
-    # at rho = 0 all t are one point: there the f products are one function
+    # rho = 0 is one point, whatever t: there the f products make up one function
     contact = product[:, 0].sum(axis=1, keepdims=True)
     return np.hstack([contact, product[:, 1:, 0], product[:, 1:, 1:].reshape(len(product), -1)])
 
 
 def _gram(columns: Array) -> Array:
-    """Scalar products of all columns with each other."""
+    """Scalar products of all columns with one another."""
     return columns.T @ columns

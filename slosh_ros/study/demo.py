@@ -97,7 +97,7 @@ def closed_loop_reference(scenario_file: Path, solid: bool = False) -> ClosedLoo
     (tank,) = SloshConfig.from_file(scenario_file).tanks
     c = tank.coefficients()
     step = scenario.step_ns * 1e-9
-    modes = LiquidModes(c.omega, c.mu, c.coupling, tank.damping_ratio)
+    modes = LiquidModes(c.omega, c.mu, c.coupling, tank.damping_ratio(c))
     return simulate(
         scenario.journey,
         LiquidModes.none() if solid else modes,
@@ -155,7 +155,7 @@ def _table(columns: dict[str, Recording]) -> Table:
         'sloshing moment, roll': (lambda r: np.abs(r.wrench[:, 3]).max() / 1e3, 'kN m'),
         'total force, fore-aft': (lambda r: np.abs(r.total[:, 0]).max() / 1e3, 'kN'),
         'wave height': (lambda r: r.elevation_max.max(), 'm'),
-        'beyond linear theory': (lambda r: 100.0 * np.mean(~r.valid), '% of the time'),
+        'beyond linear theory': (lambda r: 100.0 * float(np.mean(~r.valid)), '% of the time'),
     }
     for name, (value, unit) in rows.items():
         table.add_row(name, *(f'{value(r):.2f}' for r in columns.values()), unit)

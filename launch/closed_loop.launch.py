@@ -1,0 +1,49 @@
+"""
+Let a simulated tractor-semitrailer and slosh_node act on each other.
+
+ros2 launch slosh_ros closed_loop.launch.py scenario:=my_scenario.yaml
+
+The other arguments are those of slosh.launch.py. All ends with the scenario.
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Shutdown
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterFile
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description() -> LaunchDescription:
+    share = FindPackageShare('slosh_ros')
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                'scenario',
+                default_value=PathJoinSubstitution(
+                    [share, 'config', 'scenarios', 'brake_bump.yaml']
+                ),
+                description='the truck, its cargo, the road and the manoeuvre',
+            ),
+            DeclareLaunchArgument(
+                'use_sim_time',
+                default_value='true',  # vehicle_node is the clock, and runs faster than real time
+                description='take the time from /clock',
+            ),
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource(
+                    PathJoinSubstitution([share, 'launch', 'slosh.launch.py'])
+                ),
+                launch_arguments={'use_sim_time': LaunchConfiguration('use_sim_time')}.items(),
+            ),
+            Node(
+                package='slosh_ros',
+                executable='vehicle_node',
+                namespace=LaunchConfiguration('namespace'),
+                parameters=[ParameterFile(LaunchConfiguration('scenario'))],
+                output='screen',
+                on_exit=Shutdown(reason='the scenario has ended'),
+            ),
+        ]
+    )

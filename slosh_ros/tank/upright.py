@@ -1,0 +1,75 @@
+"""Upright circular cylinder with a flat bottom, and the liquid at rest in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slosh_ros.tank.uniform import LiquidAtRest
+
+
+@dataclass(frozen=True)
+class UprightCylinder:
+    """
+    A circular cylinder about the z axis, closed by flat ends.
+
+    The tank frame has x forward, y left, z up and its origin at the centre of the inner bounding
+    box, whatever the fill.
+
+    Parameters
+    ----------
+    radius : float
+        Inner radius [m].
+    height : float
+        Inner height along z [m].
+    """
+
+    radius: float
+    height: float
+
+    @property
+    def shape(self) -> str:
+        """Name of the shape, as in the configuration."""
+        return 'cylinder_z'
+
+    @property
+    def volume(self) -> float:
+        """Volume of the whole tank [m^3]."""
+        return float(np.pi) * self.radius**2 * self.height
+
+    def fill_ratio(self, depth: float) -> float:
+        """Fraction of the volume that a liquid of the given depth [m] takes."""
+        return depth / self.height
+
+    def depth(self, fill_ratio: float) -> float:
+        """Depth [m] at which the liquid takes this fraction (0..1) of the volume."""
+        return fill_ratio * self.height
+
+    def filled(self, depth: float) -> LiquidAtRest:
+        """
+        Describe the liquid at rest.
+
+        Parameters
+        ----------
+        depth : float
+            Depth [m], between 0 and the inner height.
+        """
+        surface = float(np.pi) * self.radius**2
+        second_moment = surface * self.radius**2 / 4.0  # of the disc, about a diameter
+        across = second_moment * depth + surface * depth**3 / 3.0
+        return LiquidAtRest(
+            depth=depth,
+            fill_ratio=self.fill_ratio(depth),
+            volume=surface * depth,
+            surface_height=depth - self.height / 2.0,
+            freeboard=self.height - depth,
+            centroid=np.array([0.0, 0.0, -depth / 2.0]),
+            inertia=np.diag([across, across, 2.0 * second_moment * depth]),
+            surface_inertia=(second_moment, second_moment),
+        )
+
+
+def cylinder_z(radius: float, height: float) -> UprightCylinder:
+    """Upright circular cylinder of the given inner radius and height (z) [m], flat ends."""
+    return UprightCylinder(radius, height)
