@@ -1,9 +1,11 @@
 """
 Let a simulated tractor-semitrailer and slosh_node act on each other.
 
-ros2 launch slosh_ros closed_loop.launch.py scenario:=my_scenario.yaml
+ros2 launch slosh_ros closed_loop.launch.py scenario:=brake_bump
 
-The other arguments are those of slosh.launch.py. All ends with the scenario.
+A scenario is a parameter file for both nodes in config/scenarios, named without its ending;
+another file is given as params_file. The other arguments are those of slosh.launch.py. All ends
+with the manoeuvre.
 """
 
 from launch import LaunchDescription
@@ -21,10 +23,15 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument(
                 'scenario',
+                default_value='brake_bump',
+                description='name of a file in config/scenarios, without its ending',
+            ),
+            DeclareLaunchArgument(
+                'params_file',
                 default_value=PathJoinSubstitution(
-                    [share, 'config', 'scenarios', 'brake_bump.yaml']
+                    [share, 'config', 'scenarios', [LaunchConfiguration('scenario'), '.yaml']]
                 ),
-                description='the truck, its cargo, the road and the manoeuvre',
+                description='parameters of vehicle_node and slosh_node',
             ),
             DeclareLaunchArgument(
                 'use_sim_time',
@@ -35,13 +42,16 @@ def generate_launch_description() -> LaunchDescription:
                 PythonLaunchDescriptionSource(
                     PathJoinSubstitution([share, 'launch', 'slosh.launch.py'])
                 ),
-                launch_arguments={'use_sim_time': LaunchConfiguration('use_sim_time')}.items(),
+                launch_arguments={
+                    'params_file': LaunchConfiguration('params_file'),
+                    'use_sim_time': LaunchConfiguration('use_sim_time'),
+                }.items(),
             ),
             Node(
                 package='slosh_ros',
                 executable='vehicle_node',
                 namespace=LaunchConfiguration('namespace'),
-                parameters=[ParameterFile(LaunchConfiguration('scenario'))],
+                parameters=[ParameterFile(LaunchConfiguration('params_file'))],
                 output='screen',
                 on_exit=Shutdown(reason='the scenario has ended'),
             ),
