@@ -71,7 +71,7 @@ class MotionBag:
 
     @property
     def count(self) -> int:
-        """Number of messages of the topic in the whole bag, as its index says."""
+        """Tell how many messages of the topic the bag has, by its index."""
         return sum(connection.msgcount for connection in self._connections)
 
     @property

@@ -49,7 +49,7 @@ class Recording:
 
     @property
     def force(self) -> Array:
-        """Measured specific force (without the derivative of a measured speed), base axes."""
+        """Measured specific force, base axes [m/s^2], shape (n, 3)."""
         return np.array([loads.sample.force for loads in self._loads]) @ self._to_base.T
 
     @property

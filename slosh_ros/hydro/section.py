@@ -52,7 +52,8 @@ def section_coefficients(
     modes : int
         Number of modes.
     resolution : Resolution
-        Size of the discrete problem; the default gives five digits or more.
+        Size of the discrete problem; the default gives five digits or more, but three of the
+        wall friction in a nearly full tank.
 
     Raises
     ------

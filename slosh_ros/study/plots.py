@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use('Agg')  # files only; works without a display
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -42,10 +37,8 @@ def plot_modes(name: str, coefficients: ModalCoefficients, path: Path) -> None:
     count = len(c.names)
     columns = min(count, _COLUMNS)
     rows = -(-count // columns)
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(3.4 * columns, 2.3 * rows + 0.9), squeeze=False,
-        sharex=True, sharey=True, layout='constrained',
-    )  # fmt: skip
+    figure = Figure(figsize=(3.4 * columns, 2.3 * rows + 0.9), layout='constrained')
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     x, y = c.surface_points.T
     for j, axis in enumerate(axes.flat):
         if j >= count:
@@ -85,10 +78,8 @@ def plot_replay(recording: Recording, title: str, path: Path) -> None:
         PNG, SVG or PDF file.
     """
     time = recording.time
-    figure, axes = plt.subplots(
-        5, 1, figsize=(11, 12), sharex=True, layout='constrained',
-        height_ratios=[1.1, 0.8, 1, 1.2, 1.2],
-    )  # fmt: skip
+    figure = Figure(figsize=(11, 12), layout='constrained')
+    axes = figure.subplots(5, 1, sharex=True, height_ratios=[1.1, 0.8, 1, 1.2, 1.2])
     motion, turning, wave, force, moment = axes
     if recording.source == 'imu':
         specific = recording.force
@@ -129,10 +120,8 @@ def plot_closed_loop(
         PNG, SVG or PDF file.
     """
     time = history['t']
-    figure, axes = plt.subplots(
-        6, 1, figsize=(11, 14), sharex=True, layout='constrained',
-        height_ratios=[0.8, 1.1, 1.1, 1, 0.8, 1.2],
-    )  # fmt: skip
+    figure = Figure(figsize=(11, 14), layout='constrained')
+    axes = figure.subplots(6, 1, sharex=True, height_ratios=[0.8, 1.1, 1.1, 1, 0.8, 1.2])
     motion, pitch, force, moment, wave, axles = axes
     motion.plot(time, history['u'], color='k', label='speed [m/s]')
     motion.plot(time, history['ax'], '--', color=COLOURS['y'], label='acceleration [m/s²]')
@@ -210,5 +199,3 @@ def _save(figure: Figure, path: Path) -> None:
         figure.savefig(path, dpi=130)
     except (OSError, ValueError) as error:
         raise InputError(f'{path}: the picture cannot be written: {error}') from error
-    finally:
-        plt.close(figure)

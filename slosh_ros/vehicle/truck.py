@@ -240,7 +240,7 @@ class Truck:
     @cached_property
     def static_axle_loads(self) -> Array:
         """
-        Loads (4,) of the axles on the road at rest, with a solid cargo [N].
+        Give the loads (4,) of the axles on the road at rest, with a solid cargo [N].
 
         The cargo is solid because the liquid would re-level in the 3.8 degrees nose-down tilt
         that the soft hitch of Table 3 gives, to 7.4 degrees: no real loaded truck stands so.
