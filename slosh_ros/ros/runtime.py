@@ -26,13 +26,17 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     A configuration that does not fit ends in one line on stderr and exit code 1.
     """
     node: Node | None = None
+    started = False
     try:
         rclpy.init(args=args)
+        started = True
         node = make_node()
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
         pass
     except (InputError, InvalidParameterException, RCLError, UnknownROSArgsError) as error:
+        if started and not rclpy.ok():
+            return 0  # a signal shut ROS down in the middle of start-up or of a callback
         # rcl repeats itself over several lines; the first says it
         print(f'error: {str(error).splitlines()[0]}', file=sys.stderr)
         return 1
