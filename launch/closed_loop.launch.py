@@ -28,9 +28,13 @@ def generate_launch_description() -> LaunchDescription:
             ),
             DeclareLaunchArgument(
                 'params_file',
-                default_value=PathJoinSubstitution(
-                    [share, 'config', 'scenarios', [LaunchConfiguration('scenario'), '.yaml']]
-                ),
+                # PathJoinSubstitution takes no name to be put together before launch 3.4.5
+                default_value=[
+                    share,
+                    '/config/scenarios/',
+                    LaunchConfiguration('scenario'),
+                    '.yaml',
+                ],
                 description='parameters of vehicle_node and slosh_node',
             ),
             DeclareLaunchArgument(

@@ -1,14 +1,12 @@
 """The `slosh` command: coefficients, checks and replay, without ROS."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Optional  # Typer 0.9 knows no X | None
 
 import numpy as np
 import typer
@@ -54,13 +52,13 @@ def slosh(
 @app.command()
 def modes(
     config: ConfigFile,
-    tank: Annotated[str | None, typer.Option(help='Name of one of several tanks.')] = None,
+    tank: Annotated[Optional[str], typer.Option(help='Name of one of several tanks.')] = None,
     fill: Annotated[
-        float | None, typer.Option(help='Fill ratio in place of the one in CONFIG.')
+        Optional[float], typer.Option(help='Fill ratio in place of the one in CONFIG.')
     ] = None,
     as_json: Annotated[bool, typer.Option('--json', help='Print JSON.')] = False,
     plot: Annotated[
-        Path | None, typer.Option(help='Draw the surface shapes: PNG, SVG, PDF.')
+        Optional[Path], typer.Option(help='Draw the surface shapes: PNG, SVG, PDF.')
     ] = None,
 ) -> None:
     """Print the modal coefficients of a tank."""
@@ -93,13 +91,13 @@ def check(
 def replay(
     bag: Annotated[Path, typer.Argument(metavar='BAG', help='ROS 2 or ROS 1 bag.')],
     config: Annotated[Path, typer.Option(help='ROS 2 parameter file.')],
-    imu: Annotated[str | None, typer.Option(help='Topic of the Imu.')] = None,
-    twist: Annotated[str | None, typer.Option(help='Topic of the Twist.')] = None,
-    out: Annotated[Path | None, typer.Option(help='Write the loads: .csv or .mcap.')] = None,
-    plot: Annotated[Path | None, typer.Option(help='Draw the loads: PNG, SVG, PDF.')] = None,
+    imu: Annotated[Optional[str], typer.Option(help='Topic of the Imu.')] = None,
+    twist: Annotated[Optional[str], typer.Option(help='Topic of the Twist.')] = None,
+    out: Annotated[Optional[Path], typer.Option(help='Write the loads: .csv or .mcap.')] = None,
+    plot: Annotated[Optional[Path], typer.Option(help='Draw the loads: PNG, SVG, PDF.')] = None,
     start: Annotated[float, typer.Option(help='Leave out the first seconds.', min=0.0)] = 0.0,
     duration: Annotated[
-        float | None, typer.Option(help='Replay so many seconds.', min=0.0)
+        Optional[float], typer.Option(help='Replay so many seconds.', min=0.0)
     ] = None,
 ) -> None:
     """Replay a recorded drive: the node's own numbers, without ROS."""
@@ -248,8 +246,11 @@ def _print_replay(recording: Recording, engine: SloshEngine, topic: str, count: 
 
 @contextmanager
 def _progress(source: MotionBag) -> Iterator[Callable[[int], None]]:
+    if not _err.is_terminal:
+        yield lambda _: None
+        return
     begin, end = source.span
-    with Progress(console=_err, transient=True, disable=not _err.is_terminal) as bar:
+    with Progress(console=_err, transient=True) as bar:
         task = bar.add_task(f'replaying {source.topic}', total=end - begin)
         shown = begin
 
