@@ -1,4 +1,4 @@
-"""The `slosh` command: coefficients, checks and replay, without ROS."""
+"""The `slosh` command: coefficients, checks, replay and simulation, without ROS."""
 
 import json
 import sys
@@ -23,6 +23,9 @@ from slosh_ros.engine.config import TankConfig
 from slosh_ros.engine.convert import IMU, input_type
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.study.tables import write_history
+from slosh_ros.vehicle import History, TankLiquid
+from slosh_ros.vehicle.scenario import Scenario
 
 app = typer.Typer(
     help='Sloshing loads of partly filled tanks.',
@@ -34,6 +37,13 @@ _WIDTH = 100  # of the tables; narrower terminals wrap them rather than cut thei
 _out = Console(width=max(_WIDTH, Console().width), highlight=False)
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
 
+_WARNINGS = {
+    'contact': 'wheel {w.where} lifts off at {w.first:.2f} s (down to {w.worst:.0f} N, '
+    '{w.share:.0%} of the time), which the linear springs do not know',
+    'wave': 'the wave leaves linear theory at {w.first:.2f} s: up to {w.worst:.2f} of depth or '
+    'freeboard, {w.share:.0%} of the time',
+    'articulation': 'the articulation is large from {w.first:.2f} s on: up to {w.worst:.2f} rad',
+}
 _LAMBDAS = {1: 'kg', 2: 'kg', 4: 'kg m', 5: 'kg m', 6: 'kg m'}
 
 ConfigFile = Annotated[Path, typer.Argument(metavar='CONFIG', help='ROS 2 parameter file.')]
@@ -121,6 +131,28 @@ def replay(
         plot_replay(recording, f'{bag.name}: {source.topic}', plot)
 
 
+@app.command()
+def simulate(
+    scenario: Annotated[
+        Path, typer.Argument(metavar='SCENARIO', help='Parameter file of vehicle and tanks.')
+    ],
+    out: Annotated[Optional[Path], typer.Option(help='Write the history: .csv.')] = None,
+    plot: Annotated[Optional[Path], typer.Option(help='Draw the history: PNG, SVG, PDF.')] = None,
+) -> None:
+    """Drive a truck with its liquid, solved as one system in one process."""
+    drive = Scenario.from_file(scenario)
+    tanks = _tank_liquids(scenario, drive)
+    liquid = drive.simulate(tanks)
+    solid = replace(drive, solid=True).simulate(tanks)
+    if out is not None:
+        write_history(liquid, out)
+    _print_history(liquid, solid)
+    if plot is not None:
+        from slosh_ros.study.plots import plot_history
+
+        plot_history(liquid, solid, scenario.stem, plot)
+
+
 def main() -> None:
     """Run the command; bad input ends in one clear message and exit code 1."""
     try:
@@ -149,6 +181,44 @@ def _one_tank(settings: SloshConfig, path: Path, name: str | None) -> TankConfig
     if name is not None and name not in names:
         raise InputError(f'{path}: has no tank {name}; it has {", ".join(names)}')
     return settings.tanks[names.index(name) if name else 0]
+
+
+def _tank_liquids(scenario: Path, drive: Scenario) -> list[TankLiquid]:
+    """Solve for the liquids of slosh_node, unless the scenario does without them."""
+    if drive.solid or drive.table_4:
+        return []
+    liquids = []
+    for tank in SloshConfig.from_file(scenario).tanks:
+        c = tank.coefficients()
+        liquids.append(
+            TankLiquid.of(
+                c,
+                tank.damping_ratio(c),
+                tank.pose.origin,
+                tank.pose.rotation,
+                drive.exact_inertia,
+            )
+        )
+    return liquids
+
+
+def _print_history(liquid: History, solid: History) -> None:
+    table = _table('largest', 'liquid cargo', 'solid cargo', 'unit')
+    rows: tuple[tuple[str, Callable[[History], float], str], ...] = (
+        ('sloshing force, fore-aft', lambda h: float(np.abs(h.slosh[:, 0]).max()) / 1e3, 'kN'),
+        ('sloshing force, sideways', lambda h: float(np.abs(h.slosh[:, 1]).max()) / 1e3, 'kN'),
+        ('semitrailer pitch', lambda h: float(np.degrees(np.abs(h.q[:, 4]).max())), 'deg'),
+        ('semitrailer roll', lambda h: float(np.degrees(np.abs(h.q[:, 5]).max())), 'deg'),
+        ('lateral acceleration', lambda h: float(np.abs(h.acceleration[:, 1]).max()), 'm/s^2'),
+        ('load transfer ratio', lambda h: float(np.abs(h.transfer.vehicle).max()), ''),
+        ('least wheel load', lambda h: float(h.wheel_loads.min()) / 1e3, 'kN'),
+        ('wave height', lambda h: float(np.max(h.elevation_max, initial=0.0)), 'm'),
+    )
+    for name, value, unit in rows:
+        table.add_row(name, f'{value(liquid):.3f}', f'{value(solid):.3f}', unit)
+    _out.print(table)
+    for warning in liquid.warnings:
+        _out.print(f'[yellow]{_WARNINGS[warning.kind].format(w=warning)}[/]')
 
 
 def _with_fill(tank: TankConfig, ratio: float | None) -> TankConfig:

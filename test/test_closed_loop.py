@@ -45,8 +45,9 @@ def relative(error: np.ndarray, reference: np.ndarray) -> float:
     return float(np.sqrt(np.mean(error**2) / np.mean(reference**2)))
 
 
-@pytest.mark.parametrize('scenario', sorted(SCENARIOS.glob('*.yaml')), ids=lambda p: p.stem)
-def test_two_nodes_agree_with_one_process(tmp_path, scenario):
+@pytest.mark.parametrize('name', ['brake', 'brake_bump', 'brake_pit', 'accelerate'])
+def test_two_nodes_agree_with_one_process(tmp_path, name):
+    scenario = SCENARIOS / f'{name}.yaml'
     history = drive(tmp_path, scenario)
     truth = closed_loop_reference(scenario)
     np.testing.assert_allclose(history['t'], truth.time, atol=1e-9)
@@ -146,6 +147,7 @@ def test_a_liquid_the_truck_does_not_carry_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'says'),
     [
+        (['-p', 'vehicle:=general'], 'run it with slosh simulate'),
         (['-p', 'bump.hight:=0.1'], 'bump.hight is not a parameter; did you mean bump.height?'),
         (['-p', 'speed:=10'], 'speed has the integer 10 where ROS 2 wants a double; write 10.0'),
         (['-p', 'speed:=0.5'], 'shorten the ramp'),

@@ -310,3 +310,56 @@ def test_rejections_are_counted_by_reason():
         Verdict.ACCEPTED: 1,
         Verdict.RESTARTED_BACKWARD: 1,
     }
+
+
+def test_loads_are_those_of_theory_in_random_motion():
+    """THEORY 2.2 written out for the rectangle, with J_0 and z_c from its closed forms."""
+    rng = np.random.default_rng(5)
+    engine = engine_of(tank__damping_ratio=0.05, tank__modes=6)
+    c = engine.tanks[0].coefficients
+    j44, j55, j66 = 4211.354445, 58172.951633, 49432.353388  # THEORY 3, about O
+    z_c = -0.4
+    parts = {name: c.coupling[:, k] for k, name in enumerate(('l1', 'l2', 'l3', 'l4', 'l5', 'l6'))}
+    step = 0.01
+    rate = np.zeros(3)
+    for k in range(200):
+        force = rng.normal(size=3) + REST
+        new_rate = rate + 0.01 * rng.normal(size=3)
+        alpha = (new_rate - rate) / step if k else np.zeros(3)
+        rate = new_rate
+        stamp = START + round(k * step * SECOND)
+        _, loads = engine.feed(MotionSample.from_imu(stamp, force.tolist(), rate.tolist()))
+        beta, velocity = engine.tanks[0].beta, engine.tanks[0].beta_rate
+        # eq (8)-(9), the IMU at O
+        forcing = c.coupling[:, :3] @ force + c.coupling[:, 3:] @ alpha
+        acceleration = -(2 * 0.05 * c.omega * velocity + c.omega**2 * beta + forcing / c.mu)
+        slosh = -c.coupling.T @ acceleration
+        slosh[3] -= G * parts['l2'] @ beta
+        slosh[4] += G * parts['l1'] @ beta
+        np.testing.assert_allclose(loads.wrench, slosh, atol=1e-6 * np.abs(slosh).max())
+        (sx, sy, sz), (a4, a5, a6) = force, alpha
+        surge, sway = c.static_residual
+        rigid = [
+            -MASS * (sx + z_c * a5),
+            -MASS * (sy - z_c * a4),
+            -MASS * sz,
+            MASS * z_c * sy - j44 * a4 + sway * sy,
+            -MASS * z_c * sx - j55 * a5 - surge * sx,
+            -j66 * a6,
+        ]
+        np.testing.assert_allclose(loads.total - loads.wrench, rigid, rtol=1e-6, atol=1e-3)
+
+
+def test_beta_acceleration_is_the_derivative_of_beta_rate():
+    """The loads' beta'' and the integrated motion are of one liquid, damping included."""
+    engine = engine_of(tank__damping_ratio=0.2, tank__modes=1)
+    c = engine.tanks[0].coefficients
+    step, speeds, forces = 0.001, [], []
+    for k in range(3000):
+        t = k * step
+        force = [np.sin(2 * t), 0.0, G]
+        _, loads = engine.feed(MotionSample.from_imu(START + round(t * SECOND), force, [0.0] * 3))
+        speeds.append(engine.tanks[0].beta_rate[0])
+        forces.append(loads.wrench[0])
+    from_speed = -c.coupling[0, 0] * np.gradient(speeds, step)
+    np.testing.assert_allclose(forces[5:-5], from_speed[5:-5], atol=1e-4 * np.abs(forces).max())

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from slosh_ros.bag import Recording
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
-from slosh_ros.vehicle import ClosedLoopResult
+from slosh_ros.modal.validity import ELEVATION_LIMIT
+from slosh_ros.vehicle import ClosedLoopResult, History
 
 # Okabe & Ito: told apart by colour-blind eyes; line styles tell them apart in grey
 COLOURS = {'x': '#0072B2', 'y': '#D55E00', 'z': '#009E73', 'k': 'black', 'mark': '#CC79A7'}
@@ -159,16 +160,75 @@ def plot_closed_loop(
     _save(figure, path)
 
 
+def plot_history(liquid: History, solid: History, name: str, path: Path) -> None:
+    """
+    Draw a simulated drive with liquid and with solid cargo over a shared time axis.
+
+    Parameters
+    ----------
+    liquid, solid : History
+        The same scenario with either cargo.
+    name : str
+        Of the scenario.
+    path : Path
+        PNG, SVG or PDF file.
+    """
+    time = liquid.time
+    figure = Figure(figsize=(11, 15), layout='constrained')
+    axes = figure.subplots(7, 1, sharex=True, height_ratios=[0.8, 0.9, 1, 1, 1.1, 0.8, 1.2])
+    motion, turning, pitch, roll, force, wave, loads = axes
+    motion.plot(time, liquid.speed, color='k', label='speed [m/s]')
+    motion.plot(
+        time, liquid.acceleration[:, 0], '--', color=COLOURS['y'], label='acceleration [m/s²]'
+    )
+    motion.set_ylabel('forward')
+    turning.plot(time, liquid.acceleration[:, 1], color=COLOURS['x'], label='liquid cargo')
+    turning.plot(time, solid.acceleration[:, 1], '--', color=COLOURS['y'], label='solid cargo')
+    turning.set_ylabel('lateral acceleration\n[m/s²]')
+    for axis, part, label in ((pitch, 4, 'pitch, nose down'), (roll, 5, 'roll, left side up')):
+        axis.plot(time, np.degrees(liquid.q[:, part]), color=COLOURS['x'], label='liquid cargo')
+        axis.plot(
+            time, np.degrees(solid.q[:, part]), '--', color=COLOURS['y'], label='solid cargo'
+        )
+        axis.set_ylabel(f'semitrailer {label}\n[deg]')
+    force.plot(time, liquid.slosh[:, 0] / 1e3, color=COLOURS['x'], label='forward')
+    force.plot(time, liquid.slosh[:, 1] / 1e3, '--', color=COLOURS['y'], label='to the left')
+    force.set_ylabel('sloshing force [kN]')
+    wave.plot(time, liquid.elevation_max, color=COLOURS['x'], label='largest in the tank')
+    _shade(wave, time, liquid.wave_use > ELEVATION_LIMIT)
+    wave.set_ylabel('wave height [m]')
+    wave.set_ylim(bottom=0.0)
+    left = liquid.wheel_loads[:, :, 0] / 1e3
+    right = liquid.wheel_loads[:, :, 1] / 1e3
+    for k, colour in enumerate(list(COLOURS.values())[:4]):
+        loads.plot(time, left[:, k], color=colour, linewidth=1.2, label=f'axle {k + 1} left')
+        loads.plot(time, right[:, k], ':', color=colour, label=f'axle {k + 1} right')
+    loads.axhline(0.0, color='k', linewidth=0.8)
+    loads.set_ylabel('wheel load [kN]\n(negative: would lift off)')
+    loads.set_xlabel('time [s]')
+    for axis in axes:
+        axis.grid(alpha=0.3)
+        axis.margins(x=0)
+        _legend(axis)
+    figure.suptitle(f'{name}: tractor-semitrailer with liquid and with solid cargo')
+    _save(figure, path)
+
+
+def _shade(axis: Axes, time: NDArray[np.float64], beyond: NDArray[np.bool_]) -> None:
+    """Shade the times beyond linear theory."""
+    axis.fill_between(
+        time, 0.0, 1.0, where=beyond.tolist(), step='mid', linewidth=0.0,
+        color=COLOURS['mark'], alpha=0.3, label='beyond linear theory',
+        transform=axis.get_xaxis_transform(),
+    )  # fmt: skip
+
+
 def _waves(axis: Axes, recording: Recording) -> None:
     """Draw wave height, shaded where it is too high for linear theory."""
     axis.plot(
         recording.time, recording.elevation_max, color=COLOURS['x'], label='largest in the tank'
     )
-    axis.fill_between(
-        recording.time, 0.0, 1.0, where=(~recording.valid).tolist(), step='mid', linewidth=0.0,
-        color=COLOURS['mark'], alpha=0.3, label='beyond linear theory',
-        transform=axis.get_xaxis_transform(),
-    )  # fmt: skip
+    _shade(axis, recording.time, ~recording.valid)
     axis.set_ylabel('wave height [m]')
     axis.set_ylim(bottom=0.0)
     _legend(axis)

@@ -160,7 +160,7 @@ class TruckSimulator:
             If A is no sum of lambda lambda^T / mu, if the coupled kinetic energy would not be
             positive, or if the coupled truck would not stand up.
         """
-        _check_form(coupling)
+        check_form(coupling)
         truck, liquid_mass = self.truck, self.truck.parameters.liquid_mass
         if coupling[0, 0] > liquid_mass:
             raise InputError(
@@ -320,7 +320,7 @@ class TruckSimulator:
         return np.asarray((p.a @ self._x + p.b @ force)[_RATE])
 
 
-def _check_form(coupling: Array) -> None:
+def check_form(coupling: Array) -> None:
     """Refuse what cannot be a sum of lambda lambda^T / mu with lambda_3 = 0."""
     if coupling.shape != (6, 6) or not np.all(np.isfinite(coupling)):
         raise InputError(f'coupling: need 6 x 6 finite numbers, got shape {coupling.shape}')

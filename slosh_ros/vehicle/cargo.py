@@ -1,0 +1,277 @@
+"""What the truck carries: the liquid once frozen, once sloshing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slosh_ros.constants import GRAVITY
+from slosh_ros.errors import InputError
+from slosh_ros.hydro.coefficients import ModalCoefficients
+from slosh_ros.vehicle.liquid import TABLE_4, LiquidModes
+
+Array = NDArray[np.float64]
+Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class RigidCargo:
+    """
+    The frozen liquid as a rigid body.
+
+    Attributes
+    ----------
+    mass : float
+        [kg].
+    centroid : tuple of float, length 3
+        In `base_link` [m].
+    inertia : tuple of tuples of float, shape (3, 3)
+        About the centroid, axes of `base_link` [kg m^2].
+    """
+
+    mass: float
+    centroid: Three
+    inertia: tuple[Three, Three, Three]
+
+    @classmethod
+    def half_full(cls, height: float = 0.65, offset: float = 0.0) -> RigidCargo:
+        """
+        Give the paper's cargo: 27.8 t of water in a half-full cylinder, R = 1.125 m, L = 14 m.
+
+        Parameters
+        ----------
+        height, offset : float
+            `d_l` above and `l_l` ahead of S [m]. Not in the paper: assumed, see
+            `TruckParameters`.
+        """
+        mass, radius, length = 27832.55, 1.125, 14.0
+        depth = 4.0 * radius / (3.0 * np.pi)  # of the centroid below the axis
+        about_x = mass * (radius**2 / 2.0 - depth**2)
+        about_z = mass * (length**2 / 12.0 + radius**2 / 4.0)
+        return cls.principal(mass, (offset, 0.0, height), (about_x, 457050.0, about_z))
+
+    @classmethod
+    def principal(cls, mass: float, centroid: Three, inertia: Three) -> RigidCargo:
+        """Build a cargo from its moments of inertia about x, y, z [kg m^2]."""
+        x, y, z = inertia
+        return cls(mass, centroid, ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
+
+    @classmethod
+    def none(cls) -> RigidCargo:
+        """Give an empty tank."""
+        return cls.principal(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class TankLiquid:
+    """
+    The sloshing liquid of one tank, and where the tank is.
+
+    Attributes
+    ----------
+    modes : LiquidModes
+        About O, the centre of the mean free surface, in tank axes.
+    names : tuple of str
+        One for each mode.
+    origin : array, shape (3,)
+        Position of O in `base_link` [m].
+    rotation : array, shape (3, 3)
+        Takes vectors from tank axes to `base_link`.
+    relief : array, shape (3, 3)
+        `I_f - J0` in tank axes: by how much the frozen liquid is harder to turn than the real one
+        under a closed lid (THEORY 2.2) [kg m^2]. Zero in the paper, which freezes it.
+    surface_shapes : array, shape (m, n), optional
+        Mode shapes at points of the mean free surface [-].
+    wave_room : float
+        The smaller of depth and freeboard [m].
+    """
+
+    modes: LiquidModes
+    names: tuple[str, ...]
+    origin: Array
+    rotation: Array
+    relief: Array
+    surface_shapes: Array | None = None
+    wave_room: float = np.inf
+
+    @classmethod
+    def of(
+        cls,
+        coefficients: ModalCoefficients,
+        damping_ratio: Array,
+        origin: Array,
+        rotation: Array | None = None,
+        exact: bool = True,
+    ) -> TankLiquid:
+        """
+        Take the coefficients of this project.
+
+        Parameters
+        ----------
+        coefficients : ModalCoefficients
+            Of the liquid.
+        damping_ratio : array, shape (n,)
+            Damping ratio of each mode [-].
+        origin : array, shape (3,)
+            Position in `base_link` of the tank frame, the centre of its bounding box [m].
+        rotation : array, shape (3, 3), optional
+            From tank axes to `base_link`.
+        exact : bool
+            Turn the liquid with its Stokes-Joukowski inertia; otherwise frozen, as the paper.
+        """
+        c = coefficients
+        turn = np.eye(3) if rotation is None else rotation
+        relief = c.inertia_frozen - c.inertia_stokes_joukowski if exact else np.zeros((3, 3))
+        return cls(
+            modes=LiquidModes(c.omega, c.mu, c.coupling, np.asarray(damping_ratio, dtype=float)),
+            names=c.names,
+            origin=origin + turn @ np.array([0.0, 0.0, c.liquid.surface_height]),
+            rotation=turn,
+            relief=relief,
+            surface_shapes=c.surface_shapes,
+            wave_room=min(c.liquid.depth, c.liquid.freeboard),
+        )
+
+    @classmethod
+    def paper(cls, origin: Array, damping_ratio: float = 0.0) -> TankLiquid:
+        """Take the one mode of Table 4, with O at a position in `base_link` [m]."""
+        modes = LiquidModes(
+            TABLE_4.omega, TABLE_4.mu, TABLE_4.coupling, np.full(1, float(damping_ratio))
+        )
+        return cls(
+            modes, ('x1',), origin, np.eye(3), np.zeros((3, 3)), np.ones((1, 1)), wave_room=1.125
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SloshingCargo:
+    """
+    All sloshing liquid aboard, at `base_link`.
+
+    Attributes
+    ----------
+    modes : LiquidModes
+        Of all tanks; the coupling is about `base_link` and in its axes.
+    names : tuple of str
+        One for each mode.
+    relief : array, shape (3, 3)
+        Sum of `I_f - J0` [kg m^2].
+    reference : array, shape (3,)
+        O of the first tank in `base_link` [m]: the point of the wrenches that are reported.
+    tanks : tuple of TankLiquid
+        The tanks.
+    """
+
+    modes: LiquidModes
+    names: tuple[str, ...]
+    relief: Array
+    reference: Array
+    tanks: tuple[TankLiquid, ...]
+
+    @classmethod
+    def of(cls, *tanks: TankLiquid) -> SloshingCargo:
+        """Gather the liquid of some tanks; of none: nothing sloshes."""
+        couplings = [np.empty((0, 6))]
+        names: list[str] = []
+        relief = np.zeros((3, 3))
+        for number, tank in enumerate(tanks, start=1):
+            turned = np.hstack(
+                [tank.modes.coupling[:, :3] @ tank.rotation.T,
+                 tank.modes.coupling[:, 3:] @ tank.rotation.T]
+            )  # fmt: skip
+            turned[:, 3:] += np.cross(tank.origin, turned[:, :3])
+            couplings.append(turned)
+            prefix = f'{number}_' if len(tanks) > 1 else ''
+            names += [prefix + name for name in tank.names]
+            relief = relief + tank.rotation @ tank.relief @ tank.rotation.T
+        modes = LiquidModes(
+            omega=_joined([t.modes.omega for t in tanks]),
+            mu=_joined([t.modes.mu for t in tanks]),
+            coupling=np.vstack(couplings),
+            damping_ratio=_joined([t.modes.damping_ratio for t in tanks]),
+        )
+        reference = tanks[0].origin if tanks else np.zeros(3)
+        return cls(modes, tuple(names), relief, reference, tanks)
+
+    @classmethod
+    def none(cls) -> SloshingCargo:
+        """Give a solid cargo: nothing sloshes."""
+        return cls.of()
+
+    @property
+    def feed_through(self) -> Array:
+        """(6, 6): wrench of `I_f - J0` at `base_link` per acceleration (s, alpha)."""
+        matrix = np.zeros((6, 6))
+        matrix[3:, 3:] = self.relief
+        return matrix
+
+    @property
+    def coupling(self) -> Array:
+        """
+        A (6, 6) at `base_link`: all that an acceleration (s, alpha) feeds through to the wrench.
+
+        `sum lambda lambda^T / mu`, and the relief of the inertia. It goes with the state wrench.
+        """
+        c = self.modes.coupling
+        return np.asarray((c.T / self.modes.mu) @ c + self.feed_through)
+
+    def state_wrench(self, beta: Array, beta_rate: Array) -> Array:
+        """Sloshing wrench (..., 6) at `base_link` without what accelerations feed through."""
+        m = self.modes
+        pull = m.omega**2 * beta + 2.0 * m.damping_ratio * m.omega * beta_rate
+        return np.asarray(pull @ m.coupling + beta @ m.tilt)
+
+    @property
+    def surface_moment(self) -> Array:
+        """
+        Hydrostatic moments (2,) of the free surface, about y and about x [kg m].
+
+        `sum g lambda^2 / (mu omega^2)`, that is `rho I_xx` and `rho I_yy` if all modes are kept.
+        """
+        m = self.modes
+        return np.asarray((GRAVITY / (m.mu * m.omega**2)) @ m.coupling[:, :2] ** 2)
+
+    def elevation_max(self, beta: Array) -> Array:
+        """
+        Greatest height or depth of the waves against the mean level.
+
+        Parameters
+        ----------
+        beta : array, shape (N, n)
+            Modal coordinates [m].
+
+        Returns
+        -------
+        array, shape (N,)
+            NaN where a tank does not tell its mode shapes [m].
+        """
+        heights = [self._wave(tank, part) for tank, part in self._parts(beta)]
+        return np.max(heights, axis=0) if heights else np.zeros(len(beta))
+
+    def wave_use(self, beta: Array) -> Array:
+        """Greatest wave height over the smaller of depth and freeboard of its tank, (N,) [-]."""
+        uses = [self._wave(tank, part) / tank.wave_room for tank, part in self._parts(beta)]
+        return np.max(uses, axis=0) if uses else np.zeros(len(beta))
+
+    def _parts(self, beta: Array) -> list[tuple[TankLiquid, Array]]:
+        if beta.shape[1] != len(self.modes.omega):
+            raise InputError(f'{beta.shape[1]} coordinates for {len(self.modes.omega)} modes')
+        ends = np.cumsum([len(tank.modes.omega) for tank in self.tanks])
+        parts = np.split(beta, ends, axis=1)[:-1]
+        return list(zip(self.tanks, parts, strict=True))
+
+    @staticmethod
+    def _wave(tank: TankLiquid, beta: Array) -> Array:
+        if tank.surface_shapes is None:
+            return np.full(len(beta), np.nan)
+        highest = np.zeros(len(beta))
+        for shape in tank.surface_shapes:  # point by point: the product of all would be huge
+            np.maximum(highest, np.abs(beta @ shape), out=highest)
+        return highest
+
+
+def _joined(parts: Sequence[Array]) -> Array:
+    return np.concatenate(parts) if parts else np.empty(0)

@@ -1,0 +1,175 @@
+"""The one result of a simulated drive, whatever the truck: histories, table, figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slosh_ros.vehicle.cargo import SloshingCargo
+from slosh_ros.vehicle.closed_loop import ClosedLoopResult
+from slosh_ros.vehicle.stability import WHEELS, LoadTransfer, StabilityFigures, Warn, warnings_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """
+    History of a drive on N instants; deviations are from static equilibrium.
+
+    At an instant where an input jumps the values are those just after it.
+
+    Attributes
+    ----------
+    time : array, shape (N,)
+        Instants [s].
+    planar_rate : array, shape (N, 4)
+        u, v, r of the tractor and rate of articulation [m/s, rad/s].
+    acceleration : array, shape (N, 2)
+        Forward u' and sideways of the semitrailer, `base_link`, gravity excluded [m/s^2].
+    distance, heading, articulation, steer : array, shape (N,)
+        Travelled distance [m], heading of the tractor [rad], `psi_s - psi_t` [rad], steering
+        angle of axle 1 [rad].
+    position : array, shape (N, 2)
+        Of the tractor's mass centre on the ground, from its place at time zero [m].
+    q, q_rate, q_acceleration : array, shape (N, 6)
+        z_t, theta_t, phi_t, z_s, theta_s, phi_s and their derivatives [m, rad, s].
+    beta, beta_rate, beta_acceleration : array, shape (N, n)
+        Modal coordinates and their derivatives [m, s].
+    slosh : array, shape (N, 6)
+        Sloshing wrench on the tank about O, axes of `base_link`, eqs (15)-(20): zero for a frozen
+        liquid [N, N m].
+    wheel_loads : array, shape (N, 4, 2)
+        Vertical loads of left and right wheels [N].
+    side_forces : array, shape (N, 4)
+        Of the axles, positive to the left [N].
+    road : array, shape (N, 4, 2)
+        Height of the road under the wheels [m].
+    names : tuple of str
+        One for each mode.
+    elevation_max : array, shape (N,)
+        Greatest height or depth of the waves [m]; NaN if the mode shapes are not known.
+    wave_use : array, shape (N,)
+        The same over the smaller of depth and freeboard [-].
+    """
+
+    time: Array
+    planar_rate: Array
+    acceleration: Array
+    distance: Array
+    heading: Array
+    articulation: Array
+    steer: Array
+    position: Array
+    q: Array
+    q_rate: Array
+    q_acceleration: Array
+    beta: Array
+    beta_rate: Array
+    beta_acceleration: Array
+    slosh: Array
+    wheel_loads: Array
+    side_forces: Array
+    road: Array
+    names: tuple[str, ...]
+    elevation_max: Array
+    wave_use: Array
+
+    @classmethod
+    def of_paper(cls, result: ClosedLoopResult, cargo: SloshingCargo, road: Array) -> History:
+        """
+        Present a result of the 4-dof truck: nothing leans, both sides are equal.
+
+        Parameters
+        ----------
+        result : ClosedLoopResult
+            Of `slosh_ros.vehicle.simulate` with `cargo.modes`, whose origin is `base_link`: zero.
+        cargo : SloshingCargo
+            The liquid.
+        road : array, shape (N, 4)
+            Height of the road under the axles [m].
+        """
+        n = len(result.time)
+        none = np.zeros(n)
+        slosh = result.slosh.copy()
+        slosh[:, 3:] -= np.cross(cargo.reference, slosh[:, :3])
+
+        def spread(q: Array) -> Array:
+            return np.insert(q, [2, 4], 0.0, axis=1)
+
+        return cls(
+            time=result.time,
+            planar_rate=np.column_stack([result.speed, none, none, none]),
+            acceleration=np.column_stack([result.acceleration, none]),
+            distance=result.distance,
+            heading=none,
+            articulation=none,
+            steer=none,
+            position=np.column_stack([result.distance, none]),
+            q=spread(result.q),
+            q_rate=spread(result.q_rate),
+            q_acceleration=spread(result.q_acceleration),
+            beta=result.beta,
+            beta_rate=result.beta_rate,
+            beta_acceleration=result.beta_acceleration,
+            slosh=slosh,
+            wheel_loads=np.repeat(result.axle_loads[:, :, np.newaxis] / 2.0, 2, axis=2),
+            side_forces=np.zeros((n, 4)),
+            road=np.repeat(road[:, :, np.newaxis], 2, axis=2),
+            names=cargo.names,
+            elevation_max=cargo.elevation_max(result.beta),
+            wave_use=cargo.wave_use(result.beta),
+        )
+
+    @property
+    def speed(self) -> Array:
+        """Speed u, shape (N,) [m/s]."""
+        return self.planar_rate[:, 0]
+
+    @property
+    def yaw_rate(self) -> Array:
+        """Yaw rate of the semitrailer, shape (N,) [rad/s]."""
+        return np.asarray(self.planar_rate[:, 2] + self.planar_rate[:, 3])
+
+    @cached_property
+    def transfer(self) -> LoadTransfer:
+        """Load transfer ratios of vehicle, units and axles."""
+        return LoadTransfer.of(self.wheel_loads)
+
+    @property
+    def lift_off(self) -> NDArray[np.bool_]:
+        """Which wheels have lifted off, shape (N, 4, 2)."""
+        return self.wheel_loads < 0.0
+
+    @cached_property
+    def warnings(self) -> tuple[Warn, ...]:
+        """What takes the result out of its theory."""
+        return warnings_of(self.time, self.wheel_loads, self.wave_use, self.articulation)
+
+    @property
+    def figures(self) -> StabilityFigures:
+        """Stability of the whole drive on one line."""
+        return StabilityFigures.of(self.time, self.wheel_loads, self.q, self.acceleration[:, 1])
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Columns (N,) of `slosh simulate`, by name, SI."""
+        wrench = ('fx', 'fy', 'fz', 'mx', 'my', 'mz')
+        body = ('z_t', 'theta_t', 'phi_t', 'z_s', 'theta_s', 'phi_s')
+        loads = self.wheel_loads.reshape(len(self.time), -1)
+        return {
+            't': self.time,
+            'u': self.speed,
+            'ax': self.acceleration[:, 0],
+            'ay': self.acceleration[:, 1],
+            'r': self.yaw_rate,
+            **dict(zip(body, self.q.T, strict=True)),
+            **dict(zip(wrench, self.slosh.T, strict=True)),
+            'elevation_max': self.elevation_max,
+            'ltr': self.transfer.vehicle,
+            **{f'beta_{name}': b for name, b in zip(self.names, self.beta.T, strict=True)},
+            **{f'fz_{wheel}': f for wheel, f in zip(WHEELS, loads.T, strict=True)},
+        }

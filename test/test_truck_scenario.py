@@ -1,0 +1,143 @@
+"""Scenarios: one table of parameters for both trucks, and the library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_truck_general import COEFFICIENTS
+
+from slosh_ros.errors import InputError
+from slosh_ros.vehicle import Drive, GeneralSimulator, Journey, TankLiquid, TruckSimulator
+from slosh_ros.vehicle.road import Profile
+from slosh_ros.vehicle.scenario import PARAMETERS, Scenario
+
+LIBRARY = sorted((Path(__file__).parents[1] / 'config' / 'scenarios').glob('*.yaml'))
+GENERAL = {'vehicle': 'general', 'manoeuvre': 'cruise', 'duration': 0.5}
+
+
+def tank(scenario: Scenario) -> TankLiquid:
+    return TankLiquid.of(
+        COEFFICIENTS, np.zeros(8), np.array([0.0, 0.0, 1.12746]), exact=scenario.exact_inertia
+    )
+
+
+@pytest.mark.parametrize('path', LIBRARY, ids=lambda p: p.stem)
+def test_library_drives(path: Path) -> None:
+    scenario = Scenario.from_file(path)
+    told: list[float] = []
+    history = scenario.simulate([tank(scenario)], progress=told.append)
+    table = np.column_stack(list(history.columns.values()))
+    assert np.all(np.isfinite(table))
+    assert told[-1] == pytest.approx(history.time[-1])
+    assert history.time[-1] == pytest.approx(scenario.steps * scenario.step_ns * 1e-9)
+    if path.stem.startswith('paper'):
+        assert history.names == ('x1',)
+
+
+def test_library_holds_what_is_promised() -> None:
+    names = {path.stem for path in LIBRARY}
+    paper = {
+        f'paper_{case}_{road}'
+        for case in ('brake', 'accelerate_0p1g', 'accelerate_0p2g')
+        for road in ('flat', 'bump', 'pit')
+    }
+    wanted = {'brake', 'brake_bump', 'brake_pit', 'accelerate', 'step_steer', 'lane_change'}
+    assert paper | wanted | {'roundabout', 'one_sided_bump'} <= names
+
+
+def test_papers_case_has_the_peak_of_the_corrected_truck() -> None:
+    (path,) = (p for p in LIBRARY if p.stem == 'paper_brake_bump')
+    history = Scenario.from_file(path).simulate([])
+    assert history.slosh[:, 0].max() / 1e3 == pytest.approx(27.58, rel=2e-3)
+
+
+def test_both_trucks_have_a_simulator() -> None:
+    paper, general = Scenario.from_parameters({}), Scenario.from_parameters(GENERAL)
+    assert isinstance(paper.plan, Journey)
+    assert isinstance(general.plan, Drive)
+    assert isinstance(paper.simulator(), TruckSimulator)
+    assert isinstance(general.simulator(), GeneralSimulator)
+    assert paper.journey is paper.plan
+    with pytest.raises(InputError, match='vehicle is general'):
+        _ = general.journey
+    assert not paper.exact_inertia
+    assert general.exact_inertia
+
+
+def test_solid_cargo_does_not_slosh() -> None:
+    scenario = Scenario.from_parameters({**GENERAL, 'cargo': 'solid'})
+    assert scenario.simulate([tank(scenario)]).beta.shape == (51, 0)
+
+
+def test_every_parameter_of_the_truck_has_a_row_and_arrives() -> None:
+    rows = [name for name in PARAMETERS if name.startswith('chassis.')]
+    assert len(rows) == 30
+    for name in rows:
+        row = PARAMETERS[name]
+        assert row.meaning
+        changed: object
+        if isinstance(row.default, bool):
+            changed = not row.default
+        elif isinstance(row.default, list):
+            changed = [1.0 + x for x in row.default]
+        else:
+            assert isinstance(row.default, float)
+            changed = 1.0 + row.default
+        plan = Scenario.from_parameters({**GENERAL, name: changed}).plan
+        assert isinstance(plan, Drive)
+        found = getattr(plan.truck.parameters, name.removeprefix('chassis.'))
+        assert found == (tuple(changed) if isinstance(changed, list) else changed)
+
+
+def test_one_number_serves_all_axles() -> None:
+    plan = Scenario.from_parameters({**GENERAL, 'chassis.track': 2.0}).plan
+    assert isinstance(plan, Drive)
+    assert plan.truck.parameters.track == (2.0, 2.0, 2.0, 2.0)
+
+
+def test_resolved_parameters_may_be_given_again() -> None:
+    # as vehicle_node does, which declares them all
+    row = {name: r.default for name, r in PARAMETERS.items() if r.default is not None}
+    assert isinstance(Scenario.from_parameters(row).plan, Journey)
+    assert isinstance(Scenario.from_parameters({**row, 'vehicle': 'general'}).plan, Drive)
+
+
+def test_measured_profile_and_random_road() -> None:
+    points = {'road.position': [0.0, 1.0, 2.0], 'road.left': [0.0, 0.1, 0.0]}
+    plan = Scenario.from_parameters({**GENERAL, 'road.kind': 'profile', **points}).plan
+    assert isinstance(plan, Drive)
+    assert plan.road.left is plan.road.right
+    other = {**points, 'road.right': [0.0, 0.2, 0.0]}
+    plan = Scenario.from_parameters({**GENERAL, 'road.kind': 'profile', **other}).plan
+    assert isinstance(plan, Drive)
+    np.testing.assert_allclose(plan.road.under(np.array([1.0]))[0], [[0.1, 0.2]])
+    plan = Scenario.from_parameters({**GENERAL, 'road.kind': 'random'}).plan
+    assert isinstance(plan, Drive)
+    assert isinstance(plan.road.left, Profile)
+
+
+def test_radius_sets_the_angle() -> None:
+    given = {**GENERAL, 'steering.kind': 'step', 'steering.radius': -50.0}
+    plan = Scenario.from_parameters(given).plan
+    assert isinstance(plan, Drive)
+    assert plan.steering.angle(9.0, 9.0) == pytest.approx(-5.2 / 50.0, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ('given', 'words'),
+    [
+        ({'steering.kind': 'step'}, 'vehicle: general'),
+        ({'chassis.track': 2.0}, 'chassis.track says nothing to vehicle paper'),
+        ({**GENERAL, 'truck': 'calibrated'}, 'write vehicle: paper'),
+        ({**GENERAL, 'chassis.track': [2.0, 2.0]}, '2 numbers for 4 axles'),
+        ({**GENERAL, 'chassis.trak': 2.0}, 'did you mean chassis.track'),
+        ({**GENERAL, 'steering.radius': 1.0}, 'steering.radius is 1 m'),
+        ({**GENERAL, 'road.kind': 'profile'}, 'road.position is missing'),
+        ({**GENERAL, 'chassis.track': -1.0}, 'at least 0'),
+    ],
+)
+def test_bad_scenario_is_refused_in_words(given: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Scenario.from_parameters(given)
