@@ -16,13 +16,15 @@ from rich.progress import Progress
 from rich.table import Table
 
 import slosh_ros
-from slosh_ros.bag import MotionBag, Recording, writer_for
+from slosh_ros.bag import MotionBag, Peaks, Recording, writer_for
 from slosh_ros.bag import replay as replay_bag
-from slosh_ros.engine import SloshConfig, SloshEngine
+from slosh_ros.bag.writer import LoadsWriter
+from slosh_ros.engine import SloshConfig, SloshEngine, Verdict
 from slosh_ros.engine.config import TankConfig
 from slosh_ros.engine.convert import IMU, input_type
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.parameters import names_node
 from slosh_ros.study.tables import write_history
 from slosh_ros.vehicle import History, TankLiquid
 from slosh_ros.vehicle.scenario import Scenario
@@ -89,12 +91,14 @@ def check(
     files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Parameter files.')],
 ) -> None:
     """Check parameter files as the node would."""
+    problems = []
     for file in files:
-        tanks = SloshConfig.from_file(file).tanks
-        held = ', '.join(
-            f'{t.name} ({t.tank.shape}, {t.tank.fill_ratio(t.depth):.1%} full)' for t in tanks
-        )
-        print(f'{file}: good: {held}')
+        try:
+            print(f'{file}: good: {_checked(file)}')
+        except InputError as error:
+            problems.append(str(error))
+    if problems:
+        raise InputError('\n       '.join(problems))
 
 
 @app.command()
@@ -116,15 +120,21 @@ def replay(
         raise InputError('--imu and --twist are both given; choose one input')
     if imu is not None or twist is not None:
         settings = replace(settings, source='imu' if twist is None else 'twist')
+    for path in (out, plot):
+        _keep_bag(bag, path)
     engine = SloshEngine(settings)
     kind = input_type(engine)
     topic, default = (imu, '/imu/data') if kind == IMU else (twist, '/twist')
-    recording = Recording(engine)
+    peaks, recording = Peaks(), Recording(engine)
     with MotionBag(bag, kind, topic, default, start, duration) as source:
-        writers = [recording, *([writer_for(out, settings.output_frame)] if out else [])]
+        writers: list[LoadsWriter] = [peaks]
+        if plot is not None:
+            writers.append(recording)
+        if out is not None:
+            writers.append(writer_for(out, settings.output_frame))
         with _progress(source) as advance:
             count = replay_bag(source, engine, writers, advance)
-    _print_replay(recording, engine, source.topic, count)
+    _print_replay(peaks, engine, source.topic, count)
     if plot is not None:
         from slosh_ros.study.plots import plot_replay
 
@@ -168,6 +178,25 @@ def _table(*heads: str) -> Table:
     for head in heads:
         table.add_column(_plain(head.replace(' [', '\n[')), justify='right', no_wrap=True)
     return table
+
+
+def _checked(file: Path) -> str:
+    """Do with a parameter file what the nodes do with it, and tell what it holds."""
+    engine = SloshEngine(SloshConfig.from_file(file))
+    if names_node(file, 'vehicle_node'):
+        Scenario.from_file(file)
+    tanks = (tank.config for tank in engine.tanks)
+    return ', '.join(
+        f'{t.name} ({t.tank.shape}, {t.tank.fill_ratio(t.depth):.1%} full)' for t in tanks
+    )
+
+
+def _keep_bag(bag: Path, path: Path | None) -> None:
+    """Refuse to write over a recording or into its folder."""
+    if path is not None and (
+        bag.resolve() in path.resolve().parents or bag.resolve() == path.resolve()
+    ):
+        raise InputError(f'{path}: lies in the bag {bag}; write elsewhere')
 
 
 def _plain(text: str) -> str:
@@ -290,27 +319,25 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
     )
 
 
-def _print_replay(recording: Recording, engine: SloshEngine, topic: str, count: int) -> None:
-    time, peaks = recording.time, np.abs(recording.wrench).max(axis=0)
-    totals = np.abs(recording.total).max(axis=0)
-    _out.print(f'{count} samples of {topic} over {time[-1]:.2f} s, loads in {recording.frame}')
+def _print_replay(peaks: Peaks, engine: SloshEngine, topic: str, count: int) -> None:
+    frame = engine.config.output_frame
+    _out.print(f'{count} samples of {topic} over {peaks.span:.2f} s, loads in {frame}')
     table = _table('largest', 'sloshing', 'total', 'unit')
     names = [f'force {axis}' for axis in 'xyz'] + [f'moment {axis}' for axis in 'xyz']
     for k, name in enumerate(names):
         unit = 'kN' if k < 3 else 'kN m'
-        table.add_row(name, f'{peaks[k] / 1e3:.3f}', f'{totals[k] / 1e3:.3f}', unit)
-    table.add_row('wave height', f'{recording.elevation_max.max():.3f}', '', 'm')
+        table.add_row(name, f'{peaks.wrench[k] / 1e3:.3f}', f'{peaks.total[k] / 1e3:.3f}', unit)
+    table.add_row('wave height', f'{peaks.elevation_max:.3f}', '', 'm')
     _out.print(table)
     for verdict, number in engine.gate.counts.items():
-        if verdict.value != 'accepted':
+        if verdict not in (Verdict.ACCEPTED, Verdict.STARTED):
             _out.print(f'{number} {verdict.value}')
     for warning, number in engine.warnings.items():
-        _out.print(f'[yellow]{number} x {warning}[/]')
-    beyond = int(np.count_nonzero(~recording.valid))
-    if beyond:
+        _out.print(f'[yellow]{number} x {_plain(warning)}[/]')
+    if peaks.beyond:
         _out.print(
-            f'[yellow]{beyond} of {count} samples ({beyond / count:.1%}) have waves too high for '
-            'linear theory: take their loads with care (column valid)[/]'
+            f'[yellow]{peaks.beyond} of {count} samples ({peaks.beyond / count:.1%}) have waves '
+            'too high for linear theory: take their loads with care (column valid)[/]'
         )
 
 

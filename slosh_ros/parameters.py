@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
+from ruamel.yaml.events import AliasEvent
 
 from slosh_ros.errors import InputError
 
@@ -227,14 +228,9 @@ def read_parameter_file(path: Path, node: str) -> dict[str, object]:
     InputError
         If the file cannot be read or is not a parameter file.
     """
-    sections = ('/**', f'/**/{node}', f'/{node}', node)  # from general to specific
-    try:
-        document = YAML(typ='safe', pure=True).load(path.read_text(encoding='utf-8'))
-    except OSError as error:
-        raise InputError(f'cannot be read: {error.strerror}') from error
-    except (YAMLError, UnicodeDecodeError, ValueError) as error:
-        raise InputError(f'is not valid YAML: {_one_line(error)}') from error
-    if not isinstance(document, dict) or not any(key in document for key in sections):
+    sections = ('/**', *_own_sections(node))  # from general to specific
+    document = _load(path)
+    if not any(key in document for key in sections):
         raise InputError(
             f"is not a parameter file for {node}; begin it with '/**:' and, "
             "indented below, 'ros__parameters:'"
@@ -262,6 +258,30 @@ def without_ros_own(parameters: Mapping[str, object]) -> dict[str, object]:
         for name, value in parameters.items()
         if name not in _ROS_OWN and not name.startswith('qos_overrides.')
     }
+
+
+def names_node(path: Path, node: str) -> bool:
+    """Tell whether a parameter file has a section of that node's own."""
+    return any(section in _load(path) for section in _own_sections(node))
+
+
+def _own_sections(node: str) -> tuple[str, str, str]:
+    return f'/**/{node}', f'/{node}', node
+
+
+def _load(path: Path) -> dict[object, object]:
+    try:
+        text = path.read_text(encoding='utf-8')
+        if any(isinstance(event, AliasEvent) for event in YAML().parse(text)):
+            raise InputError('has an alias (*name), which ROS 2 does not read; write it out')
+        document = YAML(typ='safe', pure=True).load(text)
+    except OSError as error:
+        raise InputError(f'cannot be read: {error.strerror}') from error
+    except InputError:
+        raise
+    except (YAMLError, UnicodeDecodeError, ValueError) as error:
+        raise InputError(f'is not valid YAML: {_one_line(error)}') from error
+    return document if isinstance(document, dict) else {}
 
 
 def _flatten(tree: Mapping[object, object], prefix: str = '') -> list[tuple[str, object]]:

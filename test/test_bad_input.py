@@ -41,6 +41,12 @@ GOOD = """/**:
         (('shape: rectangular', ''), 'tank.shape is missing'),
         (('    tank:', '    tank.width: 3.0\n    tank:'), 'gives tank.width twice'),
         (('    tank:', '    tanks: [front]\n    tank:'), 'tank.shape is not a parameter'),
+        (('    tank:', '    tanks: []\n    tank:'), 'tanks is []; it takes a list of texts, at least one'),
+        (('    tank:', "    tanks: ['[/x]']\n    tank:"), "tanks has the name '[/x]'; a name has letters"),
+        (('    tank:', '    tanks: [imu]\n    tank:'), "tanks has the name 'imu'"),
+        (('    tank:', '    imu:\n      rpy: [0.0, 90.0, 0.0]\n    tank:'), 'imu.rpy is 90 [rad]; it must be from'),
+        (('    tank:', '    imu:\n      xyz: [0.0, 1.0e+300, 0.0]\n    tank:'), 'imu.xyz is 1e+300 [m]'),
+        (('length: 8.0', 'length: &l 8.0\n      width: *l'), 'has an alias (*name)'),
         (('    tank:', '    tanks: [tank, tank]\n    tank:'), 'tanks names tank more than once'),
         (('    tank:', '    imu:\n      xyz: [0, 0, 1]\n    tank:'), 'imu.xyz has the integer 0 where ROS 2 wants a double; write 0.0 [m]'),
         (('    tank:', '    imu:\n      xyz: [0.0, 1.0]\n    tank:'), 'imu.xyz has 2 numbers; it takes 3 [m]'),
@@ -160,3 +166,58 @@ def test_unknown_tank_and_fill(config):
     refused(
         ['modes', config, '--fill', '1.2'], '--fill is 1.2; it must be a ratio from 0.01 to 0.99'
     )
+
+
+@pytest.mark.parametrize('option', ['--out', '--plot'])
+def test_a_recording_is_never_written_over(tmp_path, config, option):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake)
+    (file,) = bag.glob('*.mcap')
+    before = file.read_bytes()
+    refused(['replay', bag, '--config', config, option, file], 'lies in the bag')
+    refused(['replay', bag, '--config', config, option, bag / 'x.csv'], 'lies in the bag')
+    refused(['replay', file, '--config', config, option, file], 'lies in the bag')
+    assert file.read_bytes() == before
+
+
+def test_times_that_leave_nothing(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake)
+    refused(['replay', bag, '--config', config, '--start', '5'], 'lasts 1.00 s; a start of 5 s')
+    for option in ('--start', '--duration'):
+        refused(['replay', bag, '--config', config, option, 'inf'], 'must be finite')
+
+
+def test_output_that_cannot_be_written(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(1.0, 0.01), brake)
+    for name in ('loads.csv', 'loads.mcap'):
+        (tmp_path / name).mkdir()
+        refused(['replay', bag, '--config', config, '--out', tmp_path / name], 'is a folder')
+    left = sorted(p.name for p in tmp_path.iterdir())
+    assert left == ['drive', 'loads.csv', 'loads.mcap', 'tank.yaml']
+
+
+def test_check_tells_of_every_bad_file(tmp_path, config):
+    bad = tmp_path / 'bad.yaml'
+    bad.write_text(GOOD.replace('8.0', '-8.0'))
+    vehicle = tmp_path / 'vehicle.yaml'
+    vehicle.write_text(GOOD + 'vehicle_node:\n  ros__parameters:\n    sped: 3.0\n')
+    result = slosh('check', bad, config, vehicle)
+    assert result.returncode == 1
+    assert f'{config}: good' in result.stdout
+    assert 'bad.yaml: tank.length is -8' in result.stderr
+    assert 'vehicle.yaml: ' in result.stderr
+
+
+@pytest.mark.parametrize(
+    'force', [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -9.81), (9.81, 0, 0)]
+)
+def test_an_imu_without_gravity_is_told(tmp_path, config, force):
+    """Gravity removed, in units of g, upside down, on its side."""
+    bag = write_bag(tmp_path / 'drive', stamps(3.0, 0.01), lambda _: force)
+    result = slosh('replay', bag, '--config', config)
+    assert result.returncode == 0
+    assert 'the IMU must include gravity' in ' '.join(result.stdout.split())
+
+
+def test_hard_braking_is_not_taken_for_a_wrong_mount(tmp_path, config):
+    bag = write_bag(tmp_path / 'drive', stamps(5.0, 0.01), lambda _: (-3.5, 0.0, 9.81))
+    assert 'gravity' not in slosh('replay', bag, '--config', config).stdout

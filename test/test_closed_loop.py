@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -86,21 +87,33 @@ def test_what_the_vehicle_publishes(tmp_path):
             NodeProcess('vehicle_node', tmp_path / 'v', '--params-file', scenario) as vehicle,
         ):
             driver.spin_until(
-                lambda: 'is over' in vehicle.output and len(heard['imu/data']) > 1000, 60.0
+                lambda: 'is over' in vehicle.output and len(heard['imu/data']) > 900, 60.0
             )
             driver.spin_for(0.5)
-    first = heard['imu/data'][0]
-    assert first.header.frame_id == 'base_link'
-    assert first.linear_acceleration.z == pytest.approx(9.81)
-    assert first.orientation_covariance[0] == -1.0
+    # a driver that is discovered late misses the first messages
+    time = {
+        topic: [stamp_of(m) / SECOND - 1.0 for m in heard[topic]]
+        for topic in ('imu/data', 'twist')
+    }
+    assert {m.header.frame_id for m in heard['imu/data']} == {'base_link'}
+    assert {m.orientation_covariance[0] for m in heard['imu/data']} == {-1.0}
+    before_the_bump = [
+        m.linear_acceleration.z
+        for t, m in zip(time['imu/data'], heard['imu/data'], strict=True)
+        if t < 1.0
+    ]
+    np.testing.assert_allclose(before_the_bump, 9.81, atol=0.1)
     plateau = [m for m in heard['imu/data'] if 4.0 < stamp_of(m) / SECOND - 1.0 < 5.0]
     force = np.mean([m.linear_acceleration.x for m in plateau])
     assert force < -0.98  # braking, and gravity of the nose-down pitch on top
     speeds = [m.twist.linear.x for m in heard['twist']]
-    assert speeds[0] == pytest.approx(10.0)
-    assert speeds[-1] == pytest.approx(0.0, abs=0.01)
+    truth = closed_loop_reference(SCENARIOS / 'brake_bump.yaml')
+    pitch, heave_rate = truth.q[:, 3], truth.q_rate[:, 2]
+    ahead = np.cos(pitch) * truth.speed - np.sin(pitch) * heave_rate  # in pitching axes
+    expected = np.interp(time['twist'], truth.time, ahead)
+    np.testing.assert_allclose(speeds, expected, atol=1e-3)
     clock = [m.clock.sec * SECOND + m.clock.nanosec for m in heard['/clock']]
-    assert len(clock) > 1000
+    assert len(clock) > 900
     assert np.all(np.diff(clock) == SECOND // 100)
 
 
@@ -160,3 +173,50 @@ def test_bad_scenarios_end_in_one_clear_message(tmp_path, arguments, says):
         assert vehicle.output.startswith('error: ')
         assert says in vehicle.output
         assert vehicle.output.count('\n') == 1, vehicle.output
+
+
+def test_slosh_node_killed_and_restarted(tmp_path):
+    """The vehicle drives on, says that its cargo is frozen, and frees it again."""
+    scenario = str(SCENARIOS / 'brake_bump.yaml')
+    common = ('--params-file', scenario)
+    log = tmp_path / 'history.csv'
+    with NodeProcess(
+        'vehicle_node', tmp_path / 'v', *common, '-p', 'patience:=0.2', '-p', 'duration:=60.0',
+        '-p', f'log_file:={log}',
+    ) as vehicle:  # fmt: skip
+        with NodeProcess('slosh_node', tmp_path / 's1', *common) as first:
+            vehicle.wait_for('driving')
+            first.stop(signal.SIGKILL)
+        vehicle.wait_for('no liquid: the cargo is frozen')
+        with NodeProcess('slosh_node', tmp_path / 's2', *common):
+            vehicle.wait_for('the liquid answers again')
+            vehicle.wait_for('s: the liquid answers\n')
+            vehicle.wait_for('the manoeuvre is over', timeout=90.0)
+            assert vehicle.exit_code() == 0, vehicle.output
+    history = np.genfromtxt(log, delimiter=',', names=True)
+    assert len(history) == 6001
+    assert all(np.isfinite(history[name]).all() for name in history.dtype.names)
+    assert np.abs(history['theta_s']).max() < 0.5
+
+
+def test_free_running_in_wall_time(tmp_path):
+    history = drive(tmp_path, SCENARIOS / 'brake.yaml', '-p', 'pace:=wall', '-p', 'duration:=3.0')
+    truth = closed_loop_reference(SCENARIOS / 'brake.yaml')
+    n = len(history)
+    assert n == 301
+    # a busy machine delays messages; the exchange bears it
+    assert relative(history['theta_s'] - truth.q[:n, 3], truth.q[:n, 3]) < 0.2
+
+
+def test_a_second_run_with_the_same_slosh_node(tmp_path):
+    """Its stamps begin anew; the vehicle resets the liquid first, and both runs are the same."""
+    scenario = ('--params-file', str(SCENARIOS / 'brake.yaml'), '-p', 'duration:=0.5')
+    with NodeProcess('slosh_node', tmp_path / 's', *scenario[:2]) as slosh:
+        slosh.wait_for('ready')
+        for run in ('one', 'two'):
+            log = tmp_path / f'{run}.csv'
+            with NodeProcess(
+                'vehicle_node', tmp_path / run, *scenario, '-p', f'log_file:={log}'
+            ) as vehicle:
+                assert vehicle.exit_code() == 0, vehicle.output
+    assert (tmp_path / 'one.csv').read_bytes() == (tmp_path / 'two.csv').read_bytes()

@@ -268,3 +268,39 @@ def test_bad_configuration_ends_in_one_clear_message(tmp_path, config, arguments
         assert len(ours) == 1
         assert ours[0].startswith('error: ')
         assert says in ours[0]
+
+
+def test_two_sources_on_one_topic_are_not_taken_for_good(node, driver):
+    """Clocks 100 s apart: every sample restarts the liquid, and diagnostics say so."""
+    driver.wait_for_node()
+    for k in range(30):
+        driver.exchange(imu(START + k * STEP + (100 * SECOND if k % 2 else 0)))
+    seen: list[DiagnosticArray] = []
+    driver.node.create_subscription(DiagnosticArray, '/diagnostics', seen.append, 10)
+    driver.spin_until(lambda: any('not ordinary' in a.status[0].message for a in seen))
+
+
+def test_data_that_is_all_rejected_is_not_called_missing(tmp_path, config, driver):
+    with NodeProcess(
+        'slosh_node', tmp_path / 'node.log',
+        '--params-file', str(config), '-p', 'input.imu_frame:=chassis',
+    ) as node:  # fmt: skip
+        node.wait_for('ready')
+        driver.wait_for_node()
+        for k in range(40):
+            driver.publisher.publish(imu(START + k * STEP))
+            driver.spin_for(0.05)
+        node.wait_for('rejected: frame_id is not input.imu_frame')
+
+
+@pytest.mark.parametrize(
+    'parameter',
+    ['tanks:=[]', 'qos_overrides./imu/data.subscription.reliability:=bogus'],
+)
+def test_what_rclpy_objects_to_is_one_clear_message_too(tmp_path, config, parameter):
+    with NodeProcess(
+        'slosh_node', tmp_path / 'node.log', '--params-file', str(config), '-p', parameter
+    ) as node:
+        assert node.exit_code() == 1
+        assert 'error: ' in node.output
+        assert 'Traceback' not in node.output

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
@@ -48,6 +49,8 @@ class MotionBag:
         duration: float | None = None,
     ) -> None:
         self._path = path
+        if not (math.isfinite(start) and math.isfinite(duration or 0.0)):
+            raise InputError('start and duration must be finite numbers of seconds')
         if not path.exists():
             raise InputError(f'{path}: there is no such bag')
         try:
@@ -60,6 +63,12 @@ class MotionBag:
         except InputError:
             self._reader.close()
             raise
+        length = (self._reader.end_time - self._reader.start_time) / NANOSECONDS
+        if start > length:
+            self._reader.close()
+            raise InputError(
+                f'{path}: lasts {length:.2f} s; a start of {start:g} s leaves nothing of it'
+            )
         self._whole = start == 0.0 and duration is None
         self._start = self._reader.start_time + round(start * NANOSECONDS)
         self._stop = None if duration is None else self._start + round(duration * NANOSECONDS)

@@ -15,6 +15,33 @@ from slosh_ros.errors import InputError
 Array = NDArray[np.float64]
 
 
+class Peaks:
+    """Largest magnitudes, in constant memory."""
+
+    def __init__(self) -> None:
+        self.wrench: Array = np.zeros(6)
+        self.total: Array = np.zeros(6)
+        self.elevation_max = 0.0
+        self.beyond = 0
+        self.span = 0.0
+        self._first: int | None = None
+
+    def write(self, loads: Loads) -> None:
+        """Take the loads of one sample."""
+        self.wrench = np.maximum(self.wrench, np.abs(loads.wrench))
+        self.total = np.maximum(self.total, np.abs(loads.total))
+        self.elevation_max = max(self.elevation_max, loads.elevation_max)
+        self.beyond += not loads.valid
+        self._first = loads.stamp if self._first is None else self._first
+        self.span = max(self.span, (loads.stamp - self._first) * 1e-9)
+
+    def finish(self) -> None:
+        """Nothing is left to do."""
+
+    def abandon(self) -> None:
+        """Nothing is left behind."""
+
+
 class Recording:
     """
     Loads kept in memory, for plots and tables.
@@ -128,10 +155,14 @@ def replay(
             raise InputError(
                 f'{bag.topic} has no sample that could be used ({reasons or "it is empty"})'
             )
+        for writer in writers:
+            writer.finish()
+    except OSError as error:
+        for writer in writers:
+            writer.abandon()
+        raise InputError(f'the loads cannot be written: {error}') from error
     except BaseException:
         for writer in writers:
             writer.abandon()
         raise
-    for writer in writers:
-        writer.finish()
     return written

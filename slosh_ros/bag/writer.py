@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, Protocol
 
@@ -56,8 +57,9 @@ class CsvWriter:
 
     def abandon(self) -> None:
         """Leave no trace."""
-        self._file.close()
-        self._part.unlink()
+        with suppress(OSError):  # a full disk must not keep the rest from going
+            self._file.close()
+        self._part.unlink(missing_ok=True)
 
 
 class BagWriter:
@@ -91,8 +93,9 @@ class BagWriter:
 
     def abandon(self) -> None:
         """Leave no trace."""
-        self._writer.close()
-        shutil.rmtree(self._folder)
+        with suppress(OSError):  # a full disk must not keep the rest from going
+            self._writer.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
 
     def _append(self, connection: Connection, stamp: int, wrench: list[float]) -> None:
         kind: dict[str, Any] = self._types.types
@@ -120,6 +123,8 @@ def writer_for(path: Path, frame: str) -> LoadsWriter:
     InputError
         If the ending is neither `.csv` nor `.mcap`, or the place cannot be written to.
     """
+    if path.is_dir():
+        raise InputError(f'{path}: is a folder; name a file')
     try:
         if path.suffix == '.csv':
             return CsvWriter(path)

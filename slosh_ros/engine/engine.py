@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slosh_ros.constants import GRAVITY
 from slosh_ros.engine.config import SloshConfig, TankConfig
 from slosh_ros.engine.gate import SampleGate, Verdict
 from slosh_ros.engine.kinematics import Pose
@@ -18,6 +19,9 @@ from slosh_ros.modal.loads import LoadMatrices, cross_matrix, wrench_transform
 from slosh_ros.modal.validity import is_valid
 
 Array = NDArray[np.float64]
+
+GRAVITY_MEMORY = 1.0  # [s] over which the mean specific force is watched
+GRAVITY_TOLERANCE = 4.0  # [m/s^2] more than a truck brakes, less than any wrong mount or unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +79,8 @@ class SloshEngine:
             TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks
         )
         self._acceleration = _Acceleration(config.loads_cutoff)
+        self._mean_force = np.zeros(3)  # of an IMU, in base_link
+        self._mean_over = 0.0  # [s]
 
     @property
     def coupling(self) -> Array:
@@ -105,6 +111,8 @@ class SloshEngine:
         if not verdict.accepted:
             return verdict, None
         continuous = verdict is Verdict.ACCEPTED
+        if self.config.source == 'imu':
+            self._watch_gravity(sample.force, interval)
         motion = np.stack([sample.force, sample.velocity, sample.rate])
         acceleration = self._acceleration.follow(motion, interval if continuous else 0.0)
         wrench, total, state = np.zeros(6), np.zeros(6), np.zeros(6)
@@ -117,6 +125,22 @@ class SloshEngine:
             elevation_max = max(elevation_max, elevation)
             valid = valid and is_valid(elevation, tank.coefficients.liquid)
         return verdict, Loads(sample, wrench, total, state, elevation_max, valid)
+
+    def _watch_gravity(self, force: Array, interval: float) -> None:
+        """Count a warning while the mean specific force is not gravity, upwards."""
+        force = self.config.imu.rotation @ force
+        if interval == 0.0:
+            self._mean_force, self._mean_over = force, 0.0
+            return
+        keep = math.exp(-interval / GRAVITY_MEMORY)
+        self._mean_force = force + keep * (self._mean_force - force)
+        self._mean_over += interval
+        error = self._mean_force - [0.0, 0.0, GRAVITY]
+        if self._mean_over > GRAVITY_MEMORY and error @ error > GRAVITY_TOLERANCE**2:
+            self.warnings[
+                'mean specific force far from (0, 0, +9.81) m/s^2 in base_link: the IMU must '
+                'include gravity (REP-145), in m/s^2; check imu.rpy'
+            ] += 1
 
 
 class TankModel:

@@ -6,6 +6,7 @@ A new parameter is one row here.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -16,6 +17,9 @@ from slosh_ros.parameters import resolved as resolved_with
 TANK = '{tank}'  # stands for the name of each tank in the name of a row
 
 POSITIVE = 1e-6  # [m] smallest dimension that is taken for one
+FAR = 1e3  # [m] largest distance on a vehicle
+TURN = 6.2832  # [rad] more than a turn is taken for degrees
+_TANK_NAME = re.compile(r'[A-Za-z]\w*', re.ASCII)
 
 PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
@@ -31,19 +35,25 @@ PARAMETERS: tuple[Parameter, ...] = (
         'input.twist_stamped', 'bool', True,
         'twist is a geometry_msgs/TwistStamped; false: a Twist, stamped with its time of arrival',
     ),
-    Parameter('imu.xyz', 'double[3]', [0.0, 0.0, 0.0], 'position of the IMU in base_link', 'm'),
+    Parameter(
+        'imu.xyz', 'double[3]', [0.0, 0.0, 0.0], 'position of the IMU in base_link', 'm',
+        -FAR, FAR,
+    ),
     Parameter(
         'imu.rpy', 'double[3]', [0.0, 0.0, 0.0],
         'orientation of the IMU in base_link: roll, pitch, yaw about fixed axes (URDF)', 'rad',
+        -TURN, TURN,
     ),
     Parameter('tanks', 'string[]', ['tank'], 'names of the tanks'),
     Parameter(
         '{tank}.xyz', 'double[3]', [0.0, 0.0, 0.0],
         'position in base_link of the tank frame, the centre of the inner bounding box', 'm',
+        -FAR, FAR,
     ),
     Parameter(
         '{tank}.rpy', 'double[3]', [0.0, 0.0, 0.0],
         'orientation of the tank frame in base_link: roll, pitch, yaw about fixed axes', 'rad',
+        -TURN, TURN,
     ),
     Parameter(
         '{tank}.shape', 'string', None, 'shape of the tank; needed',
@@ -159,5 +169,12 @@ def resolved(given: Mapping[str, object]) -> tuple[dict[str, Parameter], Values]
     repeated = {name for name in names if names.count(name) > 1}
     if repeated:
         raise InputError(f'tanks names {", ".join(sorted(repeated))} more than once')
+    groups = {row.name.partition('.')[0] for row in PARAMETERS}
+    for name in names:
+        if not _TANK_NAME.fullmatch(name) or name in groups:
+            raise InputError(
+                f"tanks has the name '{name}'; a name has letters, digits and underscores, begins "
+                f'with a letter and is none of {", ".join(sorted(groups - {TANK}))}'
+            )
     rows = rows_for(names)
     return rows, resolved_with(rows, given)

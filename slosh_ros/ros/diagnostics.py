@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from slosh_ros.engine import Loads, SloshEngine
+from slosh_ros.engine import Loads, SloshEngine, Verdict
+
+_UNEVENTFUL = (Verdict.STARTED, Verdict.ACCEPTED)
 
 
-def rejected(engine: SloshEngine) -> int:
-    """Return the number of samples rejected so far."""
-    return sum(n for verdict, n in engine.gate.counts.items() if not verdict.accepted)
-
-
-def status(
-    engine: SloshEngine, name: str, topic: str, loads: Loads | None, fresh: bool, news: int
-) -> DiagnosticStatus:
+class Watch:
     """
-    Summarise the engine.
+    Tells what happened to an engine since the last look.
 
     Parameters
     ----------
@@ -24,31 +21,58 @@ def status(
         The engine.
     name, topic : str
         Names of the node and of its resolved input topic.
-    loads : Loads or None
-        The last loads.
-    fresh : bool
-        Whether a sample was accepted since the last report.
-    news : int
-        Number of samples rejected since the last report.
     """
-    if loads is None:
-        level, message = DiagnosticStatus.WARN, f'waiting for data on {topic}'
-    elif not fresh:
-        level, message = DiagnosticStatus.STALE, f'no good sample on {topic} for a second'
-    elif news:
-        level, message = DiagnosticStatus.WARN, f'{news} samples rejected in the last second'
-    elif not loads.valid:
-        level, message = DiagnosticStatus.WARN, 'waves too high for linear theory'
-    else:
-        level, message = DiagnosticStatus.OK, 'running'
-    values = {verdict.value: count for verdict, count in engine.gate.counts.items()}
-    values |= dict(engine.warnings)
-    if loads is not None:
-        values['elevation_max [m]'] = f'{loads.elevation_max:.4f}'  # type: ignore[assignment]
-    return DiagnosticStatus(
-        level=level,
-        name=f'{name}: sloshing',
-        message=message,
-        hardware_id=', '.join(tank.config.name for tank in engine.tanks),
-        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
-    )
+
+    def __init__(self, engine: SloshEngine, name: str, topic: str) -> None:
+        self._engine = engine
+        self._name = name
+        self._topic = topic
+        self._counts: Counter[Verdict] = Counter()
+        self._warnings: Counter[str] = Counter()
+
+    def look(self, loads: Loads | None) -> DiagnosticStatus:
+        """
+        Summarise the engine.
+
+        Parameters
+        ----------
+        loads : Loads or None
+            The last loads.
+        """
+        engine = self._engine
+        news, warnings = engine.gate.counts - self._counts, engine.warnings - self._warnings
+        self._counts, self._warnings = engine.gate.counts.copy(), engine.warnings.copy()
+        level, message = self._verdict(news, warnings, loads)
+        values: dict[str, object] = {v.value: count for v, count in engine.gate.counts.items()}
+        values |= dict(engine.warnings)
+        if loads is not None:
+            values['elevation_max [m]'] = f'{loads.elevation_max:.4f}'
+        return DiagnosticStatus(
+            level=level,
+            name=f'{self._name}: sloshing',
+            message=message,
+            hardware_id=', '.join(tank.config.name for tank in engine.tanks),
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+
+    def _verdict(
+        self, news: Counter[Verdict], warnings: Counter[str], loads: Loads | None
+    ) -> tuple[bytes, str]:
+        events = Counter({v: n for v, n in news.items() if v not in _UNEVENTFUL})
+        if not news:
+            if loads is None:
+                return DiagnosticStatus.WARN, f'waiting for data on {self._topic}'
+            return DiagnosticStatus.STALE, f'no sample on {self._topic} for a second'
+        if events:
+            ((most, count),) = events.most_common(1)
+            return (
+                DiagnosticStatus.WARN,
+                f'{sum(events.values())} of the last {sum(news.values())} samples on '
+                f'{self._topic} were not ordinary; {count} {most.value}',
+            )
+        if warnings:
+            ((most_said, count),) = warnings.most_common(1)
+            return DiagnosticStatus.WARN, most_said
+        if loads is not None and not loads.valid:
+            return DiagnosticStatus.WARN, 'waves too high for linear theory'
+        return DiagnosticStatus.OK, 'running'

@@ -30,7 +30,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     try:
         rclpy.init(args=args)
         started = True
-        node = make_node()
+        node = _made(make_node)
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
         pass
@@ -38,7 +38,9 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         if started and not rclpy.ok():
             return 0  # a signal shut ROS down in the middle of start-up or of a callback
         # rcl repeats itself over several lines; the first says it
-        print(f'error: {str(error).splitlines()[0]}', file=sys.stderr)
+        text = str(error).splitlines()[0]
+        unknown = isinstance(error, UnknownROSArgsError)
+        print(f'error: {"unknown arguments " if unknown else ""}{text}', file=sys.stderr)
         return 1
     finally:
         # `ros2 launch` signals twice; the second must not interrupt the clean-up
@@ -48,3 +50,13 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _made(make_node: Callable[[], Node]) -> Node:
+    """Make the node; what rclpy itself objects to in a parameter is bad input as well."""
+    try:
+        return make_node()
+    except (InputError, RCLError):
+        raise
+    except (ValueError, RuntimeError) as error:
+        raise InputError(f'the parameters do not fit: {error}') from error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger
 from slosh_ros.engine import Loads, SloshConfig, SloshEngine, feed_message
 from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, input_type
 from slosh_ros.engine.parameters import resolved
-from slosh_ros.ros import diagnostics
+from slosh_ros.ros.diagnostics import Watch
 from slosh_ros.ros.parameters import declare_all, given_parameters
 from slosh_ros.ros.runtime import run
 
@@ -43,8 +43,7 @@ class SloshNode(Node):
         declare_all(self, rows, values)
 
         self._last: Loads | None = None
-        self._fresh = False
-        self._rejected = 0
+        self._said = ''
         self._wrench, self._total, self._state = (
             self.create_publisher(WrenchStamped, f'~/{name}', 10)
             for name in ('wrench', 'wrench_total', 'wrench_state')
@@ -67,19 +66,20 @@ class SloshNode(Node):
             _SENSOR,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
-        self._topic = subscription.topic_name
+        topic = subscription.topic_name
+        self._watch = Watch(self.engine, self.get_name(), topic)
         modes = sum(len(tank.coefficients.omega) for tank in self.engine.tanks)
         mass = sum(tank.coefficients.mass for tank in self.engine.tanks)
         self.get_logger().info(
             f'ready: {mass:.0f} kg of liquid in {len(self.engine.tanks)} tank(s), {modes} modes; '
-            f'listening on {self._topic}'
+            f'listening on {topic}'
         )
 
     def _on_motion(self, message: Any) -> None:
         _, loads = feed_message(self.engine, message, self.get_clock().now().nanoseconds)
         if loads is None:
             return
-        self._last, self._fresh = loads, True
+        self._last = loads
         stamp = self._message.header.stamp
         stamp.sec, stamp.nanosec = divmod(loads.stamp, 1_000_000_000)
         for publisher, wrench in (
@@ -110,17 +110,14 @@ class SloshNode(Node):
         return response
 
     def _report(self) -> None:
-        total = diagnostics.rejected(self.engine)
-        news, self._rejected = total - self._rejected, total
-        status = diagnostics.status(
-            self.engine, self.get_name(), self._topic, self._last, self._fresh, news
-        )
-        self._fresh = False
+        status = self._watch.look(self._last)
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
-        if news or self._last is None:
+        # what goes on for long is in the diagnostics; the log tells what needs somebody
+        if status.level == DiagnosticStatus.WARN and status.message != self._said:
             self.get_logger().warning(status.message)
+        self._said = status.message
 
 
 def main(args: list[str] | None = None) -> None:

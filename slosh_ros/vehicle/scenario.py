@@ -79,6 +79,17 @@ _COMMON = (
         'step', 'double', 0.01, 'simulated time between two exchanges with slosh_node', 's',
         1e-4, 0.1,
     ),
+    Parameter(
+        'pace', 'string', 'lockstep',
+        'lockstep: every step waits for the answer of slosh_node, and all runs are the same; '
+        'wall: steps follow the wall clock and take what has arrived',
+        choices=('lockstep', 'wall'),
+    ),
+    Parameter(
+        'patience', 'double', 2.0,
+        'wall time that a step in lock-step waits for an answer before it goes on without', 's',
+        0.001, 60.0,
+    ),
     Parameter('log_file', 'string', '', 'CSV file for the history; empty: none'),
 )  # fmt: skip
 
@@ -200,6 +211,10 @@ class Scenario:
         Number of exchanges.
     step_ns : int
         Time between them [ns].
+    free_running : bool
+        Whether steps follow the wall clock instead of the answers of slosh_node.
+    patience : float
+        Wall time that a step waits for an answer [s].
     log_file : Path or None
         Where the history goes.
     """
@@ -210,6 +225,8 @@ class Scenario:
     exact_inertia: bool
     steps: int
     step_ns: int
+    free_running: bool
+    patience: float
     log_file: Path | None
 
     @classmethod
@@ -251,6 +268,8 @@ class Scenario:
             exact_inertia=general and p.string('liquid_inertia') == 'exact',
             steps=round(duration / step),
             step_ns=round(step * 1e9),
+            free_running=p.string('pace') == 'wall',
+            patience=p.number('patience'),
             log_file=Path(log_file) if log_file else None,
         )
 
