@@ -37,7 +37,7 @@ GOOD = """/**:
         (('fill_ratio: 0.5', 'fill_ratio: 1.5'), 'tank.fill_ratio is 1.5; it must be from 0 to 1'),
         (('fill_ratio: 0.5', 'fill_ratio: 0.001'), 'tank.fill_ratio fills 0.10% of the tank; it must fill from 1% to 99%'),
         (('fill_ratio: 0.5', 'fill_depth: 2.0'), 'tank.fill_depth is 2 m; the tank is 1.6 m high'),
-        (('shape: rectangular', 'shape: rectangle'), "tank.shape is 'rectangle'; it must be one of rectangular, cylinder_x; did you mean rectangular?"),
+        (('shape: rectangular', 'shape: rectangle'), "tank.shape is 'rectangle'; it must be one of rectangular, cylinder_x, cylinder_z; did you mean rectangular?"),
         (('shape: rectangular', ''), 'tank.shape is missing'),
         (('    tank:', '    tank.width: 3.0\n    tank:'), 'gives tank.width twice'),
         (('    tank:', '    tanks: [front]\n    tank:'), 'tank.shape is not a parameter'),

@@ -71,3 +71,19 @@ def test_every_shipped_configuration_is_good():
     result = slosh('check', *files)
     assert result.returncode == 0, result.stderr
     assert result.stdout.count(': good: ') == len(files)
+
+
+def test_upright_cylinder_sloshes_alike_in_all_directions(tmp_path):
+    """First mode: omega^2 = g e/R tanh(e h/R) with e = 1.8412, twice, and no moment about z."""
+    file = tmp_path / 'tank.yaml'
+    file.write_text(
+        '/**:\n  ros__parameters:\n    tank:\n      shape: cylinder_z\n      radius: 1.2\n'
+        '      height: 3.0\n      fill_depth: 1.5\n      modes: 4\n'
+    )
+    modes = json.loads(slosh('modes', file, '--json').stdout)['modes']
+    e = 1.841184
+    expected = np.sqrt(9.81 * e / 1.2 * np.tanh(e * 1.5 / 1.2))
+    assert [m['name'] for m in modes] == ['x1', 'y1', 'x3', 'y3']
+    assert [modes[0]['omega'], modes[1]['omega']] == pytest.approx([expected] * 2, rel=1e-6)
+    assert modes[0]['lambda'][0] == pytest.approx(modes[1]['lambda'][1])
+    assert all(m['lambda'][5] == 0.0 for m in modes)

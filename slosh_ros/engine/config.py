@@ -15,17 +15,19 @@ from slosh_ros.engine.parameters import resolved
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.parameters import Values, read_parameter_file
-from slosh_ros.tank import UniformTank, cylinder_x, rectangular
+from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular
 
 Array = NDArray[np.float64]
 
 _DIMENSIONS = {
     'rectangular': ('length', 'width', 'height'),
     'cylinder_x': ('radius', 'length'),
+    'cylinder_z': ('radius', 'height'),
 }
-_SHAPES: dict[str, Callable[..., UniformTank]] = {
+_SHAPES: dict[str, Callable[..., Tank]] = {
     'rectangular': rectangular,
     'cylinder_x': cylinder_x,
+    'cylinder_z': cylinder_z,
 }
 MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
@@ -43,7 +45,7 @@ class TankConfig:
         Its name.
     pose : Pose
         Of the tank frame in base_link.
-    tank : UniformTank
+    tank : UniformTank or UprightCylinder
         Its shape.
     depth : float
         Depth of the liquid [m].
@@ -59,7 +61,7 @@ class TankConfig:
 
     name: str
     pose: Pose
-    tank: UniformTank
+    tank: Tank
     depth: float
     density: float
     modes: int
@@ -220,7 +222,7 @@ def _tank(p: Values, name: str) -> TankConfig:
     )
 
 
-def _depth(p: Values, name: str, tank: UniformTank) -> float:
+def _depth(p: Values, name: str, tank: Tank) -> float:
     ratio_key, depth_key = f'{name}.fill_ratio', f'{name}.fill_depth'
     if (ratio_key in p) == (depth_key in p):
         problem = 'are both given' if ratio_key in p else 'are both missing'

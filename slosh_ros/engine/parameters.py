@@ -57,7 +57,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     Parameter(
         '{tank}.shape', 'string', None, 'shape of the tank; needed',
-        choices=('rectangular', 'cylinder_x'),
+        choices=('rectangular', 'cylinder_x', 'cylinder_z'),
     ),
     Parameter(
         '{tank}.length', 'double', None, 'inner length along x', 'm', POSITIVE, 1e3
@@ -66,10 +66,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         '{tank}.width', 'double', None, 'inner width along y (rectangular)', 'm', POSITIVE, 1e3
     ),
     Parameter(
-        '{tank}.height', 'double', None, 'inner height along z (rectangular)', 'm', POSITIVE, 1e3
+        '{tank}.height', 'double', None,
+        'inner height along z (rectangular, cylinder_z)', 'm', POSITIVE, 1e3
     ),
     Parameter(
-        '{tank}.radius', 'double', None, 'inner radius (cylinder_x)', 'm', POSITIVE, 1e3
+        '{tank}.radius', 'double', None,
+        'inner radius (cylinder_x, cylinder_z)', 'm', POSITIVE, 1e3
     ),
     Parameter(
         '{tank}.fill_ratio', 'double', None,

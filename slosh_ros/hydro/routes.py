@@ -6,13 +6,10 @@ from slosh_ros.hydro.coefficients import ModalCoefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.tank import Rectangle, UniformTank
-from slosh_ros.tank.upright import UprightCylinder
+from slosh_ros.tank import Rectangle, Tank, UprightCylinder
 
 
-def coefficients_of(
-    tank: UniformTank | UprightCylinder, depth: float, density: float, modes: int
-) -> ModalCoefficients:
+def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> ModalCoefficients:
     """
     Coefficients of the coupling modes of lowest natural frequency.
 

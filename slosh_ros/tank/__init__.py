@@ -7,6 +7,9 @@ one class beside :class:`~slosh_ros.tank.uniform.UniformTank`.
 
 from slosh_ros.tank.section import Circle, Rectangle, Section, SectionMoments
 from slosh_ros.tank.uniform import LiquidAtRest, UniformTank, cylinder_x, rectangular
+from slosh_ros.tank.upright import UprightCylinder, cylinder_z
+
+Tank = UniformTank | UprightCylinder
 
 __all__ = [
     'Circle',
@@ -14,7 +17,10 @@ __all__ = [
     'Rectangle',
     'Section',
     'SectionMoments',
+    'Tank',
     'UniformTank',
+    'UprightCylinder',
     'cylinder_x',
+    'cylinder_z',
     'rectangular',
 ]
