@@ -244,8 +244,9 @@ def test_twist_drives_the_liquid_too(tmp_path, config, kind, stamped):
                     START + k * STEP, SECOND
                 )
             (message if kind is Twist else message.twist).linear.x = 10.0 - 0.01 * k
-            _, total = driver.exchange(message)
-        assert wrench_of(total)[0] > 0  # braking
+            driver.exchange(message)
+        # braking; a Twist is stamped on arrival, so that a single difference may be of any size
+        assert max(wrench_of(total)[0] for total in driver.received['wrench_total']) > 100.0
 
 
 @pytest.mark.parametrize(
