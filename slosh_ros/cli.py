@@ -20,7 +20,7 @@ from slosh_ros.bag import MotionBag, Peaks, Recording, writer_for
 from slosh_ros.bag import replay as replay_bag
 from slosh_ros.bag.writer import LoadsWriter
 from slosh_ros.engine import SloshConfig, SloshEngine, Verdict
-from slosh_ros.engine.config import TankConfig
+from slosh_ros.engine.config import FILL_RANGE, TankConfig
 from slosh_ros.engine.convert import IMU, input_type
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
@@ -253,8 +253,9 @@ def _print_history(liquid: History, solid: History) -> None:
 def _with_fill(tank: TankConfig, ratio: float | None) -> TankConfig:
     if ratio is None:
         return tank
-    if not 0.01 <= ratio <= 0.99:
-        raise InputError(f'--fill is {ratio:g}; it must be a ratio from 0.01 to 0.99')
+    low, high = FILL_RANGE
+    if not low <= ratio <= high:
+        raise InputError(f'--fill is {ratio:g}; it must be a ratio from {low:g} to {high:g}')
     return replace(tank, depth=tank.tank.depth(ratio))
 
 

@@ -125,6 +125,7 @@ def test_a_solid_cargo_drives_alone(tmp_path):
         '-p', 'cargo:=solid', '-p', f'log_file:={log}',
     ) as vehicle:  # fmt: skip
         assert vehicle.exit_code() == 0, vehicle.output
+        assert 'WARN' not in vehicle.output  # nobody misses a liquid
     history = np.genfromtxt(log, delimiter=',', names=True)
     truth = closed_loop_reference(scenario, solid=True)
     np.testing.assert_allclose(history['theta_s'], truth.q[:, 3], atol=1e-9)

@@ -31,7 +31,7 @@ _SHAPES: dict[str, Callable[..., Tank]] = {
 }
 MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
-_FILL_RANGE = (0.01, 0.99)
+FILL_RANGE = (0.01, 0.99)
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +237,7 @@ def _depth(p: Values, name: str, tank: Tank) -> float:
         ratio, key = tank.fill_ratio(depth), depth_key
     else:
         ratio, key = p.number(ratio_key), ratio_key
-    low, high = _FILL_RANGE
+    low, high = FILL_RANGE
     if not low <= ratio <= high:
         raise InputError(
             f'{key} fills {ratio:.2%} of the tank; it must fill from {low:.0%} to {high:.0%}'

@@ -20,6 +20,7 @@ from slosh_ros.modal.validity import is_valid
 
 Array = NDArray[np.float64]
 
+_AT_REST = np.array([0.0, 0.0, GRAVITY])  # specific force of a level vehicle [m/s^2]
 GRAVITY_MEMORY = 1.0  # [s] over which the mean specific force is watched
 GRAVITY_TOLERANCE = 4.0  # [m/s^2] more than a truck brakes, less than any wrong mount or unit
 
@@ -135,7 +136,7 @@ class SloshEngine:
         keep = math.exp(-interval / GRAVITY_MEMORY)
         self._mean_force = force + keep * (self._mean_force - force)
         self._mean_over += interval
-        error = self._mean_force - [0.0, 0.0, GRAVITY]
+        error = self._mean_force - _AT_REST
         if self._mean_over > GRAVITY_MEMORY and error @ error > GRAVITY_TOLERANCE**2:
             self.warnings[
                 'mean specific force far from (0, 0, +9.81) m/s^2 in base_link: the IMU must '

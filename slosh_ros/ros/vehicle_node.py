@@ -173,8 +173,10 @@ class VehicleNode(Node):
 
     def _look(self) -> None:
         """Estimate the wrench at present, and say so when the liquid falls silent or returns."""
+        if self._coupling is None:
+            return  # a solid cargo says nothing, and is not missed
         self._present = self._exchange.at(self._truck.time_ns)
-        if self._coupling is not None and self._present.share != self._share:
+        if self._present.share != self._share:
             self._share = self._present.share
             self._truck.set_coupling(self._share * self._coupling)
         if self._present.link is not self._link:
