@@ -191,7 +191,7 @@ def test_at_rest_the_liquid_is_a_mass_with_a_metacentre(tank) -> None:
     """At frequency 0: A11 = m, A15 = m z_c + rho I_xx, A24 = -(m z_c + rho I_yy), finite A55."""
     c = coefficients_of(tank, 0.9, DENSITY, 12)
     at_rest = total_added_mass(c, [0.0])[0].real
-    i_xx, i_yy = DENSITY * np.array(c.liquid.surface_inertia)
+    i_xx, i_yy = DENSITY * np.diag(c.liquid.surface_inertia)
     z = c.liquid.centroid[2]
     assert at_rest[[0, 1, 2], [0, 1, 2]] == pytest.approx([c.mass] * 3)
     assert at_rest[0, 4] == pytest.approx(c.mass * z + i_xx)

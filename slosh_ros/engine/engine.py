@@ -161,7 +161,7 @@ class TankModel:
     def __init__(self, config: TankConfig, sensor: Pose, output_frame: str) -> None:
         self.config = config
         c = self.coefficients = config.coefficients()
-        at_surface = config.pose.offset(np.array([0.0, 0.0, c.liquid.surface_height]))
+        at_surface = config.pose.offset(c.liquid.surface_centre)
         seen = sensor.seen_from(at_surface)
         self._rotation = seen.rotation  # from sensor axes to tank axes
         self._arm = seen.origin  # of the sensor from O, in tank axes

@@ -63,16 +63,14 @@ class AddedMass:
         """Tell whether every frequency has these entries, rows and columns from 0."""
         return all(bool(np.all(np.isfinite(self.matrix[:, i, j]))) for i, j in entries)
 
-    def about_surface_centre(
-        self, surface_inertia: tuple[float, float] | None = None
-    ) -> AddedMass:
+    def about_surface_centre(self, surface_inertia: Array | None = None) -> AddedMass:
         """
         Refer moments and rotations to O, and bring back what the code took to its stiffness.
 
         Parameters
         ----------
-        surface_inertia : tuple of float, optional
-            Integrals of x^2 dS and y^2 dS over the mean free surface [m^4]; needed without
+        surface_inertia : array, shape (2, 2), optional
+            Integrals of x^2 dS, x y dS and y^2 dS over the mean free surface [m^4]; needed without
             `hydrostatic`.
 
         Raises
@@ -87,7 +85,7 @@ class AddedMass:
                     f'{self.source}: the hydrostatic part of the entries 44 and 55 is missing; '
                     'give the second moments of the mean free surface'
                 )
-            i_xx, i_yy = surface_inertia
+            i_xx, i_yy = np.diag(surface_inertia)
             with np.errstate(divide='ignore'):
                 matrix[:, 3, 3] -= self.density * GRAVITY * i_yy / self.omega**2
                 matrix[:, 4, 4] -= self.density * GRAVITY * i_xx / self.omega**2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,47 @@ Array = NDArray[np.float64]
 
 
 _SURFACE_POINTS = 33  # along each side; odd, so that the centre lines are among them
+
+
+class Potentials(Protocol):
+    """
+    The velocity potentials of a liquid, anywhere in it and on its wall.
+
+    Points are given about O in tank axes. What lies outside the liquid is nobody's business here.
+    """
+
+    def modes(self, points: Array) -> Array:
+        """
+        Potentials phi_j of the modes, equal to f_j on the mean free surface.
+
+        Parameters
+        ----------
+        points : array, shape (p, 3)
+            [m].
+
+        Returns
+        -------
+        array, shape (p, n)
+            [-].
+        """
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        """
+        Potentials Omega_4, Omega_5, Omega_6 of rotation about O under a closed lid.
+
+        Each has the mean zero over the free surface: Bernoulli's constant is then the same as of
+        a liquid at rest.
+
+        Parameters
+        ----------
+        points : array, shape (p, 3)
+            [m].
+
+        Returns
+        -------
+        array, shape (p, 3)
+            [m^2].
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +93,8 @@ class ModalCoefficients:
         Points x, y of the mean free surface at which the shapes are known [m].
     surface_shapes : array, shape (m, n)
         The mode shapes f_j there [-].
+    potentials : Potentials or None
+        For pressures; None where the route does not give them.
     """
 
     route: str
@@ -64,6 +108,7 @@ class ModalCoefficients:
     wall_friction: Array | None
     surface_points: Array
     surface_shapes: Array
+    potentials: Potentials | None = None
 
     @property
     def mass(self) -> float:
@@ -78,13 +123,14 @@ class ModalCoefficients:
     @property
     def static_residual(self) -> Array:
         """
-        Part of the hydrostatic moment that the modes kept here do not carry, shape (2,) [kg m].
+        Part of the hydrostatic moment that the modes kept here do not carry, (2, 2) [kg m].
 
-        The surface moments rho I_xx and rho I_yy less their modal sums g lambda^2/(mu omega^2):
-        zero with all modes (Parseval, THEORY 2.2).
+        The surface moments rho I_xx, rho I_xy, rho I_yy less their modal sums
+        g lambda_i lambda_k/(mu omega^2): zero with all modes (Parseval, THEORY 2.2).
         """
-        modal = (GRAVITY / (self.mu * self.omega**2)) @ self.coupling[:, :2] ** 2
-        return self.density * np.array(self.liquid.surface_inertia) - modal
+        force = self.coupling[:, :2]
+        modal = (force.T * (GRAVITY / (self.mu * self.omega**2))) @ force
+        return np.asarray(self.density * self.liquid.surface_inertia - modal)
 
     def wall_damping_ratio(self, kinematic_viscosity: float) -> Array:
         """

@@ -521,7 +521,7 @@ def added_mass_coefficients(
     _check_symmetry(about_o)
     mass = data.density * liquid.volume
     lever = mass * float(liquid.centroid[2])
-    i_xx, i_yy = (data.density * moment for moment in liquid.surface_inertia)
+    i_xx, i_yy = data.density * np.diag(liquid.surface_inertia)
     families = [
         _checked(about_o, SURGE, (mass, lever + i_xx), i_xx),
         _checked(about_o, SWAY, (mass, -(lever + i_yy)), i_yy),

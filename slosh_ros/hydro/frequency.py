@@ -100,7 +100,7 @@ def total_added_mass(
     total = _bounded(c, x, damping, wall_ratio) + _under_lid(c)
     if hydrostatic:
         return total
-    i_xx, i_yy = c.liquid.surface_inertia
+    i_xx, i_yy = np.diag(c.liquid.surface_inertia)
     return total + _over(c.density * GRAVITY * np.diag([0.0, 0.0, 0.0, i_yy, i_xx, 0.0]), x)
 
 
@@ -192,7 +192,7 @@ def _under_lid(c: ModalCoefficients) -> Array:
     x, y, z = c.mass * c.liquid.centroid
     arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     inertia = np.block([[c.mass * np.eye(3), -arm], [arm, c.inertia_stokes_joukowski]])
-    surge, sway = c.static_residual
+    surge, sway = np.diag(c.static_residual)
     inertia[[0, 4], [4, 0]] += surge
     inertia[[1, 3], [3, 1]] -= sway
     return inertia

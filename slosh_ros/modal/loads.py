@@ -77,9 +77,8 @@ class LoadMatrices:
         stiffness[4] += GRAVITY * lambdas[0]
         arm = c.mass * cross_matrix(c.liquid.centroid)
         rigid = -np.block([[c.mass * np.eye(3), -arm], [arm, c.inertia_stokes_joukowski]])
-        surge, sway = c.static_residual
-        rigid[4, 0] -= surge
-        rigid[3, 1] += sway
+        rigid[3, :2] += c.static_residual[1]
+        rigid[4, :2] -= c.static_residual[0]
         return cls(
             stiffness=stiffness,
             damping=lambdas * (2.0 * damping_ratio * c.omega),

@@ -103,7 +103,7 @@ def closed_loop_reference(scenario_file: Path, solid: bool = False) -> ClosedLoo
         LiquidModes.none() if solid else modes,
         scenario.steps * step,
         step,
-        origin=tank.pose.origin + np.array([0.0, 0.0, c.liquid.surface_height]),
+        origin=tank.pose.origin + c.liquid.surface_centre,
     )
 
 

@@ -23,26 +23,31 @@ class LiquidAtRest:
         Fraction of the tank's volume.
     volume : float
         Volume of the liquid [m^3].
-    surface_height : float
-        Height of the mean free surface (of its centre O) in the tank frame [m].
+    surface_centre : array, shape (3,)
+        O, the centre of the mean free surface, in the tank frame [m].
     freeboard : float
         Height of the roof above the mean free surface [m].
     centroid : array, shape (3,)
         Centroid about O, tank axes [m].
     inertia : array, shape (3, 3)
         Inertia of the frozen liquid about O over its density, tank axes [m^5].
-    surface_inertia : tuple of float
-        Integrals of x^2 dS and y^2 dS over the mean free surface [m^4].
+    surface_inertia : array, shape (2, 2)
+        Integrals of x^2 dS, x y dS and y^2 dS over the mean free surface, about O [m^4].
     """
 
     depth: float
     fill_ratio: float
     volume: float
-    surface_height: float
+    surface_centre: Array
     freeboard: float
     centroid: Array
     inertia: Array
-    surface_inertia: tuple[float, float]
+    surface_inertia: Array
+
+    @property
+    def surface_height(self) -> float:
+        """Height of the mean free surface in the tank frame [m]."""
+        return float(self.surface_centre[2])
 
 
 @dataclass(frozen=True)
@@ -112,11 +117,11 @@ class UniformTank:
             depth=depth,
             fill_ratio=m.area / self.section.area,
             volume=m.area * length,
-            surface_height=depth - self.height / 2.0,
+            surface_centre=np.array([0.0, 0.0, depth - self.height / 2.0]),
             freeboard=self.height - depth,
             centroid=np.array([0.0, 0.0, m.z / m.area]),
             inertia=np.diag([yy + zz, xx + zz, xx + yy]),
-            surface_inertia=(width * length**3 / 12.0, length * width**3 / 12.0),
+            surface_inertia=np.diag([width * length**3 / 12.0, length * width**3 / 12.0]),
         )
 
 

@@ -62,11 +62,11 @@ class UprightCylinder:
             depth=depth,
             fill_ratio=self.fill_ratio(depth),
             volume=surface * depth,
-            surface_height=depth - self.height / 2.0,
+            surface_centre=np.array([0.0, 0.0, depth - self.height / 2.0]),
             freeboard=self.height - depth,
             centroid=np.array([0.0, 0.0, -depth / 2.0]),
             inertia=np.diag([across, across, 2.0 * second_moment * depth]),
-            surface_inertia=(second_moment, second_moment),
+            surface_inertia=second_moment * np.eye(2),
         )
 
 

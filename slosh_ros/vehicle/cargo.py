@@ -128,7 +128,7 @@ class TankLiquid:
         return cls(
             modes=LiquidModes(c.omega, c.mu, c.coupling, np.asarray(damping_ratio, dtype=float)),
             names=c.names,
-            origin=origin + turn @ np.array([0.0, 0.0, c.liquid.surface_height]),
+            origin=origin + turn @ c.liquid.surface_centre,
             rotation=turn,
             relief=relief,
             surface_shapes=c.surface_shapes,
