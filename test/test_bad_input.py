@@ -30,7 +30,7 @@ GOOD = """/**:
         (('length: 8.0', 'length: 8000.0'), 'tank.length is 8000 [m]; it must be from'),
         (('length: 8.0', 'lenght: 8.0'), 'tank.lenght is not a parameter; did you mean tank.length?'),
         (('length: 8.0', 'length: 8.0\n      length: 9.0'), 'found duplicate key "length"'),
-        (('length: 8.0', ''), 'tank.length is missing; a rectangular tank needs length, width, height [m]'),
+        (('length: 8.0', ''), 'tank.length is missing; a rectangular tank needs length, width, height'),
         (('length: 8.0', 'length: 8.0\n      radius: 1.0'), 'tank.radius is given, but a rectangular tank takes'),
         (('fill_ratio: 0.5', 'fill_ratio: 0.5\n      fill_depth: 0.8'), 'tank.fill_ratio and tank.fill_depth are both given; give exactly one'),
         (('fill_ratio: 0.5', ''), 'tank.fill_ratio and tank.fill_depth are both missing; give exactly one'),

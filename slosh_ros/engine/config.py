@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,23 +12,14 @@ from numpy.typing import NDArray
 from slosh_ros.engine.gate import GatePolicy
 from slosh_ros.engine.kinematics import Pose
 from slosh_ros.engine.parameters import resolved
+from slosh_ros.engine.shapes import tank_of
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.parameters import Values, read_parameter_file
-from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular
+from slosh_ros.tank import Tank
 
 Array = NDArray[np.float64]
 
-_DIMENSIONS = {
-    'rectangular': ('length', 'width', 'height'),
-    'cylinder_x': ('radius', 'length'),
-    'cylinder_z': ('radius', 'height'),
-}
-_SHAPES: dict[str, Callable[..., Tank]] = {
-    'rectangular': rectangular,
-    'cylinder_x': cylinder_x,
-    'cylinder_z': cylinder_z,
-}
 MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)
@@ -188,19 +179,7 @@ class SloshConfig:
 
 
 def _tank(p: Values, name: str) -> TankConfig:
-    if f'{name}.shape' not in p:
-        raise InputError(f'{name}.shape is missing; write one of {", ".join(_DIMENSIONS)}')
-    shape = p.string(f'{name}.shape')
-    wanted = _DIMENSIONS[shape]
-    for dimension in sorted({d for dims in _DIMENSIONS.values() for d in dims}):
-        key = f'{name}.{dimension}'
-        if dimension in wanted and key not in p:
-            raise InputError(f'{key} is missing; a {shape} tank needs {", ".join(wanted)} [m]')
-        if dimension not in wanted and key in p:
-            raise InputError(
-                f'{key} is given, but a {shape} tank takes {", ".join(wanted)}; remove it'
-            )
-    tank = _SHAPES[shape](**{d: p.number(f'{name}.{d}') for d in wanted})
+    tank = tank_of(p, name)
     modes = int(p.number(f'{name}.modes'))
     damping_key, viscosity_key = f'{name}.damping_ratio', f'{name}.kinematic_viscosity'
     damping = np.atleast_1d(p.vector(damping_key)) if damping_key in p else np.zeros(1)

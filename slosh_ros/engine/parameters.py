@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from slosh_ros.engine.shapes import SHAPES
 from slosh_ros.errors import InputError
 from slosh_ros.parameters import Parameter, Values
 from slosh_ros.parameters import resolved as resolved_with
@@ -57,7 +58,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     Parameter(
         '{tank}.shape', 'string', None, 'shape of the tank; needed',
-        choices=('rectangular', 'cylinder_x', 'cylinder_z'),
+        choices=tuple(SHAPES),
     ),
     Parameter(
         '{tank}.length', 'double', None, 'inner length along x', 'm', POSITIVE, 1e3

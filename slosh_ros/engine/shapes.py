@@ -1,0 +1,62 @@
+"""The shapes of tanks that a configuration can name: one row each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from slosh_ros.errors import InputError
+from slosh_ros.parameters import Values
+from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular
+
+
+class Shape(NamedTuple):
+    """
+    How a shape is read.
+
+    Attributes
+    ----------
+    build : callable
+        Makes the tank of the parameters, by name.
+    needs : tuple of str
+        Parameters that must be given.
+    takes : tuple of str
+        Parameters that may be given.
+    """
+
+    build: Callable[..., Tank]
+    needs: tuple[str, ...]
+    takes: tuple[str, ...] = ()
+
+
+SHAPES: dict[str, Shape] = {
+    'rectangular': Shape(rectangular, ('length', 'width', 'height')),
+    'cylinder_x': Shape(cylinder_x, ('radius', 'length')),
+    'cylinder_z': Shape(cylinder_z, ('radius', 'height')),
+}
+
+
+def tank_of(p: Values, name: str) -> Tank:
+    """
+    Build the tank of the given name.
+
+    Raises
+    ------
+    InputError
+        If its shape or one of its parameters is missing, or one is given that does not belong.
+    """
+    if f'{name}.shape' not in p:
+        raise InputError(f'{name}.shape is missing; write one of {", ".join(SHAPES)}')
+    kind = p.string(f'{name}.shape')
+    shape = SHAPES[kind]
+    wanted = (*shape.needs, *shape.takes)
+    for parameter in sorted({key for other in SHAPES.values() for key in other[1] + other[2]}):
+        key = f'{name}.{parameter}'
+        if parameter in shape.needs and key not in p:
+            raise InputError(f'{key} is missing; a {kind} tank needs {", ".join(shape.needs)}')
+        if parameter not in wanted and key in p:
+            raise InputError(
+                f'{key} is given, but a {kind} tank takes {", ".join(wanted)}; remove it'
+            )
+    given = {k: p.by_name[f'{name}.{k}'] for k in wanted if f'{name}.{k}' in p}
+    return shape.build(**given)
