@@ -21,6 +21,8 @@ KIND := $(or $(ROS_DISTRO),wheels)
 STAMP := .venv/.complete-$(KIND)-$(subst /,_,$(PYTHON))
 OLDEST := .venv-oldest/.complete
 MAKE_VENV := requirements/make_venv.sh
+# Tests that talk DDS follow each other; the others fill all cores (test/conftest.py).
+SHARED_OUT := -n logical --dist loadgroup
 
 .PHONY: help venv demo test lint format bench colcon test-oldest bags clean
 
@@ -34,7 +36,7 @@ demo: $(STAMP) ## the main job: a closed loop of two ROS nodes, and the replay o
 	$(RUN) slosh_ros.study.demo --out demo_output
 
 test: $(STAMP) ## the whole test suite (PYTEST='-k NAME' for a part of it)
-	$(RUN) pytest $(PYTEST)
+	$(RUN) pytest $(SHARED_OUT) $(PYTEST)
 
 # ament_flake8 and ament_pep257 are Jazzy's own and hold the code to ROS 2's style. Left out are
 # ament_xmllint, which fetches its schema at each run (a test validates package.xml), ament_mypy,
@@ -61,7 +63,7 @@ colcon: $(STAMP) ## build and test as in a ROS workspace; then `source install/s
 test-oldest: $(OLDEST) ## the tests that need no ROS, on the oldest versions (Ubuntu 24.04's)
 	@! $(NO_ROS) .venv-oldest/bin/python -c 'import rclpy' 2>/dev/null || \
 	  { echo 'error: there is an rclpy in .venv-oldest' >&2; exit 1; }
-	$(NO_ROS) .venv-oldest/bin/python -m pytest -m 'not ros and not colcon' $(PYTEST)
+	$(NO_ROS) .venv-oldest/bin/python -m pytest $(SHARED_OUT) -m 'not ros and not colcon' $(PYTEST)
 
 bags: $(STAMP) ## make bags/ anew from the recordings in ../shared/data
 	.venv/bin/python bags/make_bags.py --force

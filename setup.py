@@ -55,6 +55,7 @@ setup(
             'psutil>=5.9.8',
             'pytest>=7.4',
             'pytest-timeout>=2.2',
+            'pytest-xdist>=3.4',
             'scikit-fem>=9.0',
             'sympy>=1.12',
         ]

@@ -20,6 +20,14 @@ _FAST_DISCOVERY = """<dds xmlns="http://www.eprosima.com"><profiles>
 """
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let tests with real nodes run one after the other: they have deadlines."""
+    for item in items:
+        if any(item.iter_markers('ros')) or any(item.iter_markers('colcon')):
+            item.add_marker(pytest.mark.xdist_group('nodes'))
+
+
 @pytest.fixture(scope='session', autouse=True)
 def _loopback_only(tmp_path_factory: pytest.TempPathFactory) -> None:
     folder = tmp_path_factory.mktemp('ros')
