@@ -335,10 +335,10 @@ def _print_replay(peaks: Peaks, engine: SloshEngine, topic: str, count: int) -> 
             _out.print(f'{number} {verdict.value}')
     for warning, number in engine.warnings.items():
         _out.print(f'[yellow]{number} x {_plain(warning)}[/]')
-    if peaks.beyond:
+    for beyond, worst in peaks.beyond.values():
         _out.print(
-            f'[yellow]{peaks.beyond} of {count} samples ({peaks.beyond / count:.1%}) have waves '
-            'too high for linear theory: take their loads with care (column valid)[/]'
+            f'[yellow]{beyond} of {count} samples ({beyond / count:.1%}) leave linear theory, so '
+            f'take their loads with care (column valid): at worst, {worst}[/]'
         )
 
 

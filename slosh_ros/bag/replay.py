@@ -11,6 +11,7 @@ from slosh_ros.bag.reader import MotionBag
 from slosh_ros.bag.writer import LoadsWriter
 from slosh_ros.engine import Loads, SloshEngine, feed_message
 from slosh_ros.errors import InputError
+from slosh_ros.modal.validity import Criterion, Trust
 
 Array = NDArray[np.float64]
 
@@ -22,7 +23,7 @@ class Peaks:
         self.wrench: Array = np.zeros(6)
         self.total: Array = np.zeros(6)
         self.elevation_max = 0.0
-        self.beyond = 0
+        self.beyond: dict[Criterion, tuple[int, Trust]] = {}  # how often, and the worst
         self.span = 0.0
         self._first: int | None = None
 
@@ -31,7 +32,10 @@ class Peaks:
         self.wrench = np.maximum(self.wrench, np.abs(loads.wrench))
         self.total = np.maximum(self.total, np.abs(loads.total))
         self.elevation_max = max(self.elevation_max, loads.elevation_max)
-        self.beyond += not loads.valid
+        if not loads.valid:
+            count, worst = self.beyond.get(loads.trust.criterion, (0, loads.trust))
+            worst = max(worst, loads.trust, key=Trust.use)
+            self.beyond[loads.trust.criterion] = count + 1, worst
         self._first = loads.stamp if self._first is None else self._first
         self.span = max(self.span, (loads.stamp - self._first) * 1e-9)
 

@@ -16,7 +16,7 @@ from slosh_ros.engine.kinematics import Pose
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.integrator import ModalIntegrator
 from slosh_ros.modal.loads import LoadMatrices, cross_matrix, wrench_transform
-from slosh_ros.modal.validity import is_valid
+from slosh_ros.modal.validity import UNMOVED, Trust, TrustWatch
 
 Array = NDArray[np.float64]
 
@@ -45,8 +45,8 @@ class Loads:
         Sloshing part without feed-through of acceleration.
     elevation_max : float
         Largest height or depth of the wave against the mean level [m].
-    valid : bool
-        Whether the wave is mild enough for linear theory.
+    trust : Trust
+        What takes most of the room of linear theory.
     """
 
     sample: MotionSample
@@ -54,12 +54,17 @@ class Loads:
     total: Array
     state: Array
     elevation_max: float
-    valid: bool
+    trust: Trust
 
     @property
     def stamp(self) -> int:
         """Time of the sample [ns]."""
         return self.sample.stamp
+
+    @property
+    def valid(self) -> bool:
+        """Whether the motion is mild enough for linear theory."""
+        return self.trust.valid
 
 
 class SloshEngine:
@@ -117,15 +122,15 @@ class SloshEngine:
         motion = np.stack([sample.force, sample.velocity, sample.rate])
         acceleration = self._acceleration.follow(motion, interval if continuous else 0.0)
         wrench, total, state = np.zeros(6), np.zeros(6), np.zeros(6)
-        elevation_max, valid = 0.0, True
+        elevation_max, trust = 0.0, UNMOVED
         for tank in self.tanks:
             tank.take(motion, interval, verdict)
             parts = tank.loads(sample.rate, acceleration)
             wrench, total, state = wrench + parts[0], total + parts[1], state + parts[2]
             elevation = tank.elevation_max()
             elevation_max = max(elevation_max, elevation)
-            valid = valid and is_valid(elevation, tank.coefficients.liquid)
-        return verdict, Loads(sample, wrench, total, state, elevation_max, valid)
+            trust = max(trust, tank.trust(elevation, interval, sample.rate), key=Trust.use)
+        return verdict, Loads(sample, wrench, total, state, elevation_max, trust)
 
     def _watch_gravity(self, force: Array, interval: float) -> None:
         """Count a warning while the mean specific force is not gravity, upwards."""
@@ -180,6 +185,8 @@ class TankModel:
         self._loads = LoadMatrices.of(c, self.damping_ratio).moved(transform)
         self.coupling = self._loads.coupling @ transform.T
         self._modes = ModalIntegrator(c.omega, self.damping_ratio)
+        self._watch = TrustWatch(config.tank, c)
+        self._driving: Array = np.zeros(len(c.omega))
 
     @property
     def beta(self) -> Array:
@@ -207,8 +214,10 @@ class TankModel:
         force, velocity, rate = motion @ self._rotation.T
         driving = self._force_gain @ (force - _centripetal(rate, self._arm))
         carried = self._carried_gain @ np.concatenate([velocity, rate])
+        self._driving = driving
         if verdict.from_rest:
             self._modes.start(driving, carried)
+            self._watch.start()
         elif verdict is Verdict.COASTED:
             self._modes.coast(interval, driving, carried)
         else:
@@ -233,6 +242,21 @@ class TankModel:
         state = self._loads.state(self.beta, self.beta_rate)
         wrench = state + self._loads.coupling @ at_surface
         return wrench, wrench + self._loads.rigid @ at_surface, state
+
+    def trust(self, elevation: float, interval: float, rate: Array) -> Trust:
+        """
+        Judge linear theory at the sample last taken.
+
+        Parameters
+        ----------
+        elevation : float
+            Of `elevation_max` [m].
+        interval : float
+            Time since the sample before [s].
+        rate : array, shape (3,)
+            Angular rate [rad/s].
+        """
+        return self._watch.judge(elevation, self._modes.envelope, self._driving, interval, rate)
 
     def elevation_max(self) -> float:
         """Largest height or depth of the wave over the mean free surface [m]."""

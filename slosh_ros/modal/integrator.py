@@ -66,6 +66,11 @@ class ModalIntegrator:
         # p - 2 zeta omega beta - carried, with p = Re(amplitude) + zeta omega beta
         return self._amplitude.real - self._decay * self.beta - self._carried
 
+    @property
+    def envelope(self) -> Array:
+        """Amplitudes that the modes would keep without damping and input [m], shape (n,)."""
+        return np.asarray(np.abs(self._amplitude - self._carried) / self._damped)
+
     def start(self, force: Array, carried: Array) -> None:
         """Put the liquid to rest relative to the tank, under the given input."""
         self._amplitude = carried.astype(complex)

@@ -1,14 +1,200 @@
-"""How far to trust linear theory."""
+"""
+How far to trust linear theory: what of its room is used up, by which effect.
+
+Each criterion is a number over its limit. Beyond one of them the loads go on, marked as not valid.
+"""
 
 from __future__ import annotations
 
-from slosh_ros.tank import LiquidAtRest
+import math
+from enum import Enum
+from typing import NamedTuple
 
-# Wave height over the smaller of depth and freeboard. Two-phase CFD of an 8 m x 0.8 m rectangle
-# leaves linear theory by 2.6 % rms at 0.16 and by 23 % at 0.8 (shared/data/cfd).
-ELEVATION_LIMIT = 0.3
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from slosh_ros.constants import GRAVITY
+from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.tank import Tank
+
+Array = NDArray[np.float64]
+
+# Wave height over the smaller of depth and freeboard. Two-phase CFD (shared/data/cfd): a shallow
+# rectangle, depth a tenth of its length, is off linear theory by 2.6 % rms at 0.18 and by 23 % at
+# 0.91; a half-full cylinder, depth a fifth of its length, by 4 % at 0.36.
+WAVE_LIMIT, WAVE_LIMIT_SHALLOW = 0.4, 0.3
+# Depth over the length of the surface. Faltinsen & Timokha (2009), Sloshing, ch. 8: below 0.15 or
+# so a long train of modes is excited nonlinearly, and hydraulic jumps come with small motions.
+SHALLOW = 0.15
+# Below this even gentle motions make bores: the CFD at 0.1 is the shallowest seen to agree.
+SHALLOW_LIMIT = 0.03
+# Slope of the wave, k times its height. The CFD cylinder reaches 0.24; in the tank of Faltinsen et
+# al. (2000), J. Fluid Mech. 407, fig. 7, linear theory reaches 0.34 and is 40 % rms off the wave.
+SLOPE_LIMIT = 0.25
+# By how much the surface may grow or shrink where walls are not upright; theory keeps its edge.
+SURFACE_CHANGE = 0.25
+# (k height)^2 times the amplification over the quasi-static height. At resonance a third-order
+# effect limits what linear theory lets grow: the amplification is (k height)^-2 by the order of
+# magnitude (Moiseev's detuning; Faltinsen & Timokha 2009, ch. 8).
+RESONANCE_LIMIT = 1.0
+RESONANCE_MEMORY = 5.0  # [periods] of the slowest mode: how long a forcing is remembered
+AMPLIFICATION_MAX = 30.0  # an ideal liquid rings on for ever: no more than this is held against it
+# Centripetal acceleration at the tank's end over g: theory has it only at O (THEORY 2.1).
+SPIN_LIMIT = 0.1
 
 
-def is_valid(elevation_max: float, liquid: LiquidAtRest) -> bool:
-    """Tell whether a wave of this height [m] is mild enough for linear theory."""
-    return elevation_max <= ELEVATION_LIMIT * min(liquid.depth, liquid.freeboard)
+class Criterion(Enum):
+    """What linear theory needs to be small; the value says it to people."""
+
+    WAVE = 'wave height over depth or freeboard'
+    SLOPE = 'slope of the wave'
+    WALL = 'wave height over what the sloping walls allow'
+    RESONANCE = 'wave near resonance (steepness squared times amplification)'
+    SHALLOW = 'shallow liquid: least depth over depth'
+    SPIN = 'rotation: centripetal acceleration at the end of the tank over g'
+
+
+class Trust(NamedTuple):
+    """
+    The criterion of which the most is used up.
+
+    Attributes
+    ----------
+    criterion : Criterion
+        Which one.
+    value, limit : float
+        Where it stands, and where linear theory ends [-].
+    """
+
+    criterion: Criterion
+    value: float
+    limit: float
+
+    def use(self) -> float:
+        """Value over limit; beyond 1 linear theory is left."""
+        return self.value / self.limit
+
+    @property
+    def valid(self) -> bool:
+        """Whether the motion is mild enough for linear theory."""
+        return self.value <= self.limit
+
+    def __str__(self) -> str:
+        """Tell criterion, value and limit."""
+        return f'{self.criterion.value} is {self.value:.2g}, limit {self.limit:.2g}'
+
+
+class TrustWatch:
+    """
+    Follows the motion of one tank.
+
+    Parameters
+    ----------
+    tank : Tank
+        The tank.
+    coefficients : ModalCoefficients
+        Of the liquid in it.
+    """
+
+    def __init__(self, tank: Tank, coefficients: ModalCoefficients) -> None:
+        liquid, points = coefficients.liquid, coefficients.surface_points
+        length = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+        shallow = liquid.depth / length if length else math.inf
+        omega = coefficients.omega
+        self._square = omega**2
+        self._forget = omega.min(initial=math.inf) / (2.0 * math.pi * RESONANCE_MEMORY)
+        self._static: Array = np.zeros(len(omega))
+        self._wave_number = wave_numbers(omega, liquid.depth)
+        self._reach = length / 2.0 / GRAVITY
+        self._wave = Criterion.WAVE, 0.0, WAVE_LIMIT
+        self._shallow = Trust(Criterion.SHALLOW, 0.0, 1.0)
+        if not len(omega):
+            return  # empty or full: nothing sloshes
+        room = min(liquid.depth, liquid.freeboard)
+        limit = WAVE_LIMIT if shallow > SHALLOW else WAVE_LIMIT_SHALLOW
+        walls = surface_room(tank, liquid.depth)
+        # both are wave heights: the smaller one decides
+        if walls < limit * room:
+            self._wave = Criterion.WALL, 1.0 / walls, 1.0
+        else:
+            self._wave = Criterion.WAVE, 1.0 / room, limit
+        self._shallow = Trust(Criterion.SHALLOW, SHALLOW_LIMIT / shallow, 1.0)
+
+    def start(self) -> None:
+        """Forget what has driven the liquid."""
+        self._static[:] = 0.0
+
+    def judge(
+        self, elevation: float, envelope: Array, driving: Array, interval: float, rate: Array
+    ) -> Trust:
+        """
+        Look at one instant.
+
+        Parameters
+        ----------
+        elevation : float
+            Greatest wave height [m].
+        envelope : array, shape (n,)
+            Amplitudes of the modes, motion and rate together [m].
+        driving : array, shape (n,)
+            Modal forcing per modal mass [m/s^2].
+        interval : float
+            Time since the last look [s].
+        rate : array, shape (3,)
+            Angular rate [rad/s].
+        """
+        static = np.abs(driving) / self._square
+        self._static = np.maximum(static, self._static * math.exp(-interval * self._forget))
+        steep = self._wave_number * envelope
+        slope = float(steep.max(initial=0.0))
+        floor = np.maximum(self._static, np.finfo(float).tiny)
+        amplified = np.minimum(envelope / floor, AMPLIFICATION_MAX)
+        near = float((steep**2 * amplified).max(initial=0.0))
+        criterion, scale, limit = self._wave
+        spin = float(rate @ rate) * self._reach
+        return max(
+            Trust(criterion, elevation * scale, limit),
+            Trust(Criterion.SLOPE, slope, SLOPE_LIMIT),
+            Trust(Criterion.RESONANCE, near, RESONANCE_LIMIT),
+            Trust(Criterion.SPIN, spin, SPIN_LIMIT),
+            self._shallow,
+            key=Trust.use,
+        )
+
+
+UNMOVED = Trust(Criterion.WAVE, 0.0, WAVE_LIMIT)
+
+
+def wave_numbers(omega: Array, depth: float) -> Array:
+    """Wave numbers k of plane waves of these frequencies, omega^2 = g k tanh(k d) [1/m]."""
+    target = omega**2 * depth / GRAVITY
+    x = np.sqrt(target) * np.maximum(1.0, np.sqrt(target))
+    for _ in range(30):  # Newton on x tanh x = target; x is never far below the root
+        t = np.tanh(x)
+        x -= (x * t - target) / (t + x * (1.0 - t**2))
+    return np.asarray(x / depth)
+
+
+def surface_room(tank: Tank, depth: float) -> float:
+    """
+    Wave height that makes the surface larger or smaller by `SURFACE_CHANGE` [m].
+
+    Infinite if no wave within the tank does: between upright walls.
+    """
+    step = 1e-4 * tank.height
+
+    def surface(level: float) -> float:
+        top, bottom = min(level + step, tank.height), max(level - step, 0.0)
+        return (tank.fill_ratio(top) - tank.fill_ratio(bottom)) / (top - bottom)
+
+    at_rest = surface(depth)
+    rooms = [math.inf]
+    for way, end in ((1.0, tank.height - depth), (-1.0, depth)):
+
+        def change(wave: float, way: float = way) -> float:
+            return abs(surface(depth + way * wave) / at_rest - 1.0) - SURFACE_CHANGE
+
+        if change(end) > 0.0:
+            rooms.append(float(brentq(change, 0.0, end, xtol=1e-3 * end)))
+    return min(rooms)

@@ -47,6 +47,7 @@ class Watch:
         values |= dict(engine.warnings)
         if loads is not None:
             values['elevation_max [m]'] = f'{loads.elevation_max:.4f}'
+            values['linear theory'] = str(loads.trust)
         return DiagnosticStatus(
             level=level,
             name=f'{self._name}: sloshing',
@@ -74,5 +75,5 @@ class Watch:
             ((most_said, count),) = warnings.most_common(1)
             return DiagnosticStatus.WARN, most_said
         if loads is not None and not loads.valid:
-            return DiagnosticStatus.WARN, 'waves too high for linear theory'
+            return DiagnosticStatus.WARN, f'linear theory is left: {loads.trust}'
         return DiagnosticStatus.OK, 'running'

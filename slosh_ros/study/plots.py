@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slosh_ros.bag import Recording
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
-from slosh_ros.modal.validity import ELEVATION_LIMIT
+from slosh_ros.modal.validity import WAVE_LIMIT
 from slosh_ros.vehicle import ClosedLoopResult, History
 
 # Okabe & Ito: told apart by colour-blind eyes; line styles tell them apart in grey
@@ -195,7 +195,7 @@ def plot_history(liquid: History, solid: History, name: str, path: Path) -> None
     force.plot(time, liquid.slosh[:, 1] / 1e3, '--', color=COLOURS['y'], label='to the left')
     force.set_ylabel('sloshing force [kN]')
     wave.plot(time, liquid.elevation_max, color=COLOURS['x'], label='largest in the tank')
-    _shade(wave, time, liquid.wave_use > ELEVATION_LIMIT)
+    _shade(wave, time, liquid.wave_use > WAVE_LIMIT)
     wave.set_ylabel('wave height [m]')
     wave.set_ylim(bottom=0.0)
     left = liquid.wheel_loads[:, :, 0] / 1e3

@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
+from slosh_ros.modal.validity import WAVE_LIMIT
 from slosh_ros.vehicle.cargo import SloshingCargo
 from slosh_ros.vehicle.dynamics import DEVIATIONS, LinearSystem
 from slosh_ros.vehicle.general_truck import LATERAL, PHI_S, PLANAR, THETA_S, GeneralTruck, V
 
 Array = NDArray[np.float64]
 
-WAVE_LIMIT = 0.3
-"""Wave height over the smaller of depth and freeboard up to which linear theory is believed."""
 ARTICULATION_LIMIT = 0.35
 """Articulation up to which its cosine may be taken as one [rad]."""
 
