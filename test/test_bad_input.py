@@ -3,11 +3,16 @@
 
 from __future__ import annotations
 
+import io
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from unittest import mock
 
 import pytest
 from drives import stamps, write_bag
 from test_replay import brake, slosh
+
+from slosh_ros.cli import main
 
 GOOD = """/**:
   ros__parameters:
@@ -74,13 +79,28 @@ def config(tmp_path: Path) -> Path:
 
 
 def refused(command: list[object], *says: str) -> None:
-    result = slosh(*command)
-    assert result.returncode == 1, result
-    assert result.stdout == ''
-    assert result.stderr.startswith('error: ')
-    assert result.stderr.count('\n') == 1, result.stderr
+    out, err = io.StringIO(), io.StringIO()
+    # within this process: so many refusals would pay a second each for the same imports
+    with (
+        mock.patch('sys.argv', ['slosh', *map(str, command)]),
+        redirect_stdout(out),
+        redirect_stderr(err),
+        pytest.raises(SystemExit) as end,
+    ):
+        main()
+    assert end.value.code == 1, err.getvalue()
+    assert out.getvalue() == ''
+    assert err.getvalue().startswith('error: ')
+    assert err.getvalue().count('\n') == 1, err.getvalue()
     for text in says:
-        assert text in result.stderr
+        assert text in err.getvalue()
+
+
+def test_a_refusal_ends_the_command_with_one_line_and_code_1(tmp_path):
+    result = slosh('check', tmp_path / 'no.yaml')
+    assert (result.returncode, result.stdout) == (1, '')
+    assert result.stderr.startswith('error: ')
+    assert result.stderr.count('\n') == 1
 
 
 def test_missing_files(tmp_path, config):
