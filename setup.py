@@ -65,6 +65,7 @@ setup(
             f'slosh = {NAME}.cli:main',
             f'slosh_node = {NAME}.ros.slosh_node:main',
             f'vehicle_node = {NAME}.ros.vehicle_node:main',
+            f'rollover_node = {NAME}.ros.rollover_node:main',
         ]
     },
     zip_safe=False,

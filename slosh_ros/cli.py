@@ -19,14 +19,17 @@ import slosh_ros
 from slosh_ros.bag import MotionBag, Peaks, Recording, writer_for
 from slosh_ros.bag import replay as replay_bag
 from slosh_ros.bag.writer import LoadsWriter
+from slosh_ros.constants import GRAVITY
 from slosh_ros.engine import SloshConfig, SloshEngine, Verdict
 from slosh_ros.engine.config import FILL_RANGE, TankConfig
 from slosh_ros.engine.convert import IMU, input_type
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.monitor import RolloverMonitor
 from slosh_ros.parameters import names_node
 from slosh_ros.study.tables import write_history
 from slosh_ros.vehicle import History, TankLiquid
+from slosh_ros.vehicle.rollover import RollVehicle
 from slosh_ros.vehicle.scenario import Scenario
 
 app = typer.Typer(
@@ -113,6 +116,10 @@ def replay(
     duration: Annotated[
         Optional[float], typer.Option(help='Replay so many seconds.', min=0.0)
     ] = None,
+    rollover: Annotated[
+        Optional[Path],
+        typer.Option(help='Judge the vehicle of this file: load transfer, rollover margin.'),
+    ] = None,
 ) -> None:
     """Replay a recorded drive: the node's own numbers, without ROS."""
     settings = SloshConfig.from_file(config)
@@ -123,6 +130,7 @@ def replay(
     for path in (out, plot):
         _keep_bag(bag, path)
     engine = SloshEngine(settings)
+    monitor = None if rollover is None else _monitor(engine, config, rollover)
     kind = input_type(engine)
     topic, default = (imu, '/imu/data') if kind == IMU else (twist, '/twist')
     peaks, recording = Peaks(), Recording(engine)
@@ -131,10 +139,12 @@ def replay(
         if plot is not None:
             writers.append(recording)
         if out is not None:
-            writers.append(writer_for(out, settings.output_frame))
+            writers.append(writer_for(out, settings.output_frame, monitor is not None))
         with _progress(source) as advance:
-            count = replay_bag(source, engine, writers, advance)
+            count = replay_bag(source, engine, writers, advance, monitor)
     _print_replay(peaks, engine, source.topic, count)
+    if monitor is not None:
+        _print_rollover(peaks, monitor)
     if plot is not None:
         from slosh_ros.study.plots import plot_replay
 
@@ -182,6 +192,8 @@ def _table(*heads: str) -> Table:
 
 def _checked(file: Path) -> str:
     """Do with a parameter file what the nodes do with it, and tell what it holds."""
+    if names_node(file, 'rollover_node'):
+        return f'vehicle of {RollVehicle.from_file(file).mass:.0f} kg with empty tanks'
     engine = SloshEngine(SloshConfig.from_file(file))
     if names_node(file, 'vehicle_node'):
         Scenario.from_file(file)
@@ -340,6 +352,26 @@ def _print_replay(peaks: Peaks, engine: SloshEngine, topic: str, count: int) -> 
             f'[yellow]{beyond} of {count} samples ({beyond / count:.1%}) leave linear theory, so '
             f'take their loads with care (column valid): at worst, {worst}[/]'
         )
+
+
+def _monitor(engine: SloshEngine, config: Path, vehicle: Path) -> RolloverMonitor:
+    try:
+        return RolloverMonitor(engine, RollVehicle.from_file(vehicle))
+    except InputError as error:
+        told = str(error)
+        named = told.startswith(f'{vehicle}: ')
+        raise InputError(told if named else f'{config} with {vehicle}: {told}') from error
+
+
+def _print_rollover(peaks: Peaks, monitor: RolloverMonitor) -> None:
+    least, largest = peaks.load_transfer_ratio
+    balance = monitor.balance
+    _out.print(
+        f'load transfer ratio from {least:+.3f} to {largest:+.3f}, '
+        f'least rollover margin {peaks.least_margin:.3f} g; in a steady turn the vehicle rolls '
+        f'over at {balance.threshold_liquid / GRAVITY:.3f} g, with a solid load at '
+        f'{balance.threshold_solid / GRAVITY:.3f} g'
+    )
 
 
 @contextmanager

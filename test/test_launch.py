@@ -10,7 +10,12 @@ import pytest
 
 LAUNCH = Path(__file__).resolve().parent.parent / 'launch'
 COMMON = {'namespace', 'params_file', 'use_sim_time', 'imu_topic', 'twist_topic'}
-ARGUMENTS = {'slosh': COMMON, 'closed_loop': COMMON | {'scenario'}, 'replay': COMMON | {'bag'}}
+ARGUMENTS = {
+    'slosh': COMMON,
+    'closed_loop': COMMON | {'scenario'},
+    'replay': COMMON | {'bag'},
+    'rollover': COMMON | {'vehicle_file'},
+}
 
 
 def test_every_launch_file_is_tested() -> None:

@@ -12,6 +12,8 @@ from slosh_ros.bag.writer import LoadsWriter
 from slosh_ros.engine import Loads, SloshEngine, feed_message
 from slosh_ros.errors import InputError
 from slosh_ros.modal.validity import Criterion, Trust
+from slosh_ros.monitor import RolloverMonitor
+from slosh_ros.vehicle.rollover import Rollover
 
 Array = NDArray[np.float64]
 
@@ -24,11 +26,13 @@ class Peaks:
         self.total: Array = np.zeros(6)
         self.elevation_max = 0.0
         self.beyond: dict[Criterion, tuple[int, Trust]] = {}  # how often, and the worst
+        self.load_transfer_ratio = (np.inf, -np.inf)  # least and largest
+        self.least_margin = np.inf  # [g]
         self.span = 0.0
         self._first: int | None = None
 
-    def write(self, loads: Loads) -> None:
-        """Take the loads of one sample."""
+    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
+        """Take the numbers of one sample."""
         self.wrench = np.maximum(self.wrench, np.abs(loads.wrench))
         self.total = np.maximum(self.total, np.abs(loads.total))
         self.elevation_max = max(self.elevation_max, loads.elevation_max)
@@ -38,6 +42,10 @@ class Peaks:
             self.beyond[loads.trust.criterion] = count + 1, worst
         self._first = loads.stamp if self._first is None else self._first
         self.span = max(self.span, (loads.stamp - self._first) * 1e-9)
+        if rollover is not None:
+            ratio, (least, largest) = float(rollover.load_transfer_ratio), self.load_transfer_ratio
+            self.load_transfer_ratio = min(least, ratio), max(largest, ratio)
+            self.least_margin = min(self.least_margin, float(rollover.margin))
 
     def finish(self) -> None:
         """Nothing is left to do."""
@@ -61,10 +69,13 @@ class Recording:
         self.source = engine.config.source
         self.frame = engine.config.output_frame
         self._loads: list[Loads] = []
+        self._rollover: list[Rollover] = []
 
-    def write(self, loads: Loads) -> None:
-        """Append the loads of one sample."""
+    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
+        """Append the numbers of one sample."""
         self._loads.append(loads)
+        if rollover is not None:
+            self._rollover.append(rollover)
 
     def finish(self) -> None:
         """Nothing is left to do."""
@@ -113,12 +124,18 @@ class Recording:
         """Whether the wave was mild enough for linear theory, shape (n,)."""
         return np.array([loads.valid for loads in self._loads])
 
+    @property
+    def rollover(self) -> Rollover | None:
+        """Rollover figures, shape (n,) each, if the vehicle was judged."""
+        return Rollover(*np.array(self._rollover).T) if self._rollover else None
+
 
 def replay(
     bag: MotionBag,
     engine: SloshEngine,
     writers: Iterable[LoadsWriter],
     progress: Callable[[int], None] = lambda _: None,
+    monitor: RolloverMonitor | None = None,
 ) -> int:
     """
     Feed a bag to the engine, message by message, as the node would.
@@ -133,6 +150,8 @@ def replay(
         Where the loads go. They are completed here, or abandoned if the bag is damaged.
     progress : callable
         Told the receive time [ns] of every message.
+    monitor : RolloverMonitor, optional
+        Judges the vehicle, as rollover_node would; the writers get its figures as well.
 
     Returns
     -------
@@ -152,8 +171,9 @@ def replay(
             progress(received)
             if loads is not None:
                 written += 1
+                rollover = monitor.take(loads.sample, loads.wrench) if monitor else None
                 for writer in writers:
-                    writer.write(loads)
+                    writer.write(loads, rollover)
         if not written:
             reasons = ', '.join(f'{n} {v.value}' for v, n in engine.gate.counts.items())
             raise InputError(

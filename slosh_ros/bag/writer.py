@@ -15,18 +15,20 @@ from rosbags.typesys import Stores, get_typestore
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine import Loads
 from slosh_ros.errors import InputError
+from slosh_ros.vehicle.rollover import FIGURES, Rollover
 
 COLUMNS = (
     'stamp_ns,fx,fy,fz,mx,my,mz,'
     'total_fx,total_fy,total_fz,total_mx,total_my,total_mz,elevation_max,valid'
 )
+ROLLOVER_COLUMNS = 'ltr,ltr_settled,rollover_margin'
 
 
 class LoadsWriter(Protocol):
     """Takes loads one by one; what it writes appears at its place only when complete."""
 
-    def write(self, loads: Loads) -> None:
-        """Append the loads of one sample."""
+    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
+        """Append the loads of one sample, and how close the vehicle is to rolling over."""
 
     def finish(self) -> None:
         """Complete the file and put it in place."""
@@ -36,19 +38,19 @@ class LoadsWriter(Protocol):
 
 
 class CsvWriter:
-    """One row a sample, doubles in full."""
+    """One row a sample, doubles in full; with columns for rollover figures if there are any."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, rollover: bool = False) -> None:
         self._path = path
         self._part = path.with_name(path.name + '.part')
         self._file: IO[str] = self._part.open('w', encoding='ascii')
-        self._file.write(COLUMNS + '\n')
+        self._file.write(f'{COLUMNS},{ROLLOVER_COLUMNS}\n' if rollover else f'{COLUMNS}\n')
 
-    def write(self, loads: Loads) -> None:
-        """Append the loads of one sample."""
+    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
+        """Append the row of one sample."""
         numbers = [*loads.wrench.tolist(), *loads.total.tolist(), loads.elevation_max]
-        row = ','.join(map(repr, numbers))
-        self._file.write(f'{loads.stamp},{row},{int(loads.valid)}\n')
+        numbers += [int(loads.valid), *map(float, rollover or ())]
+        self._file.write(f'{loads.stamp},{",".join(map(repr, numbers))}\n')
 
     def finish(self) -> None:
         """Complete the file and put it in place."""
@@ -63,9 +65,9 @@ class CsvWriter:
 
 
 class BagWriter:
-    """Topics `/slosh_node/wrench` and `/slosh_node/wrench_total`, as the node publishes them."""
+    """The topics of slosh_node and rollover_node, as they publish them."""
 
-    def __init__(self, path: Path, frame: str) -> None:
+    def __init__(self, path: Path, frame: str, rollover: bool = False) -> None:
         self._path = path
         self._frame = frame
         self._folder = Path(tempfile.mkdtemp(prefix='.slosh_replay_', dir=path.parent))
@@ -78,11 +80,20 @@ class BagWriter:
             )
             for name in ('wrench', 'wrench_total')
         )
+        self._rollover = [
+            self._writer.add_connection(
+                f'/rollover_node/{name}', 'std_msgs/msg/Float64', typestore=self._types
+            )
+            for name in (FIGURES if rollover else ())
+        ]
 
-    def write(self, loads: Loads) -> None:
-        """Append the loads of one sample."""
+    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
+        """Append the messages of one sample."""
         self._append(self._wrench, loads.stamp, loads.wrench.tolist())
         self._append(self._total, loads.stamp, loads.total.tolist())
+        for connection, number in zip(self._rollover, rollover or (), strict=True):
+            message = self._types.types['std_msgs/msg/Float64'](data=float(number))
+            self._write(connection, loads.stamp, message)
 
     def finish(self) -> None:
         """Complete the bag and put it in place."""
@@ -110,13 +121,25 @@ class BagWriter:
                 force=vector(*wrench[:3]), torque=vector(*wrench[3:])
             ),
         )
+        self._write(connection, stamp, message)
+
+    def _write(self, connection: Connection, stamp: int, message: object) -> None:
         raw = self._types.serialize_cdr(message, connection.msgtype)
         self._writer.write(connection, stamp, raw)
 
 
-def writer_for(path: Path, frame: str) -> LoadsWriter:
+def writer_for(path: Path, frame: str, rollover: bool = False) -> LoadsWriter:
     """
     Choose the writer by the ending of the path.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    frame : str
+        Of the wrenches.
+    rollover : bool
+        Whether rollover figures come with the loads.
 
     Raises
     ------
@@ -127,9 +150,9 @@ def writer_for(path: Path, frame: str) -> LoadsWriter:
         raise InputError(f'{path}: is a folder; name a file')
     try:
         if path.suffix == '.csv':
-            return CsvWriter(path)
+            return CsvWriter(path, rollover)
         if path.suffix == '.mcap':
-            return BagWriter(path, frame)
+            return BagWriter(path, frame, rollover)
     except OSError as error:
         raise InputError(f'{path}: cannot be written: {error.strerror}') from error
     raise InputError(f"{path}: its ending must be .csv or .mcap, not '{path.suffix}'")

@@ -58,13 +58,19 @@ def _feed_imu(engine: SloshEngine, message: Any) -> tuple[Verdict, Loads | None]
         return engine.gate.refuse(Verdict.WRONG_FRAME), None
     if message.linear_acceleration_covariance[0] == _ABSENT:
         return engine.gate.refuse(Verdict.NO_DATA), None
-    rate = _xyz(message.angular_velocity)
-    if message.angular_velocity_covariance[0] == _ABSENT:
+    if _no_gyro(message):
         engine.warnings['gyro marked absent by its covariance: rate taken as zero'] += 1
-        rate = [0.0, 0.0, 0.0]
-    return engine.feed(
-        MotionSample.from_imu(stamp_of(message.header), _xyz(message.linear_acceleration), rate)
-    )
+    return engine.feed(imu_sample(message))
+
+
+def imu_sample(message: Any) -> MotionSample:
+    """Take a sensor_msgs/Imu; a rate that is marked absent by its covariance is zero."""
+    rate = [0.0, 0.0, 0.0] if _no_gyro(message) else _xyz(message.angular_velocity)
+    return MotionSample.from_imu(stamp_of(message.header), _xyz(message.linear_acceleration), rate)
+
+
+def _no_gyro(message: Any) -> bool:
+    return bool(message.angular_velocity_covariance[0] == _ABSENT)
 
 
 def _xyz(vector: Any) -> list[float]:

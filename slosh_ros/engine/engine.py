@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine.config import SloshConfig, TankConfig
 from slosh_ros.engine.gate import SampleGate, Verdict
-from slosh_ros.engine.kinematics import Pose
+from slosh_ros.engine.kinematics import AccelerationFilter, Lever, Pose, centripetal
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.integrator import ModalIntegrator
-from slosh_ros.modal.loads import LoadMatrices, cross_matrix, wrench_transform
+from slosh_ros.modal.loads import LoadMatrices, wrench_transform
 from slosh_ros.modal.validity import UNMOVED, Trust, TrustWatch
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ class SloshEngine:
         self.tanks = tuple(
             TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks
         )
-        self._acceleration = _Acceleration(config.loads_cutoff)
+        self._acceleration = AccelerationFilter(config.loads_cutoff)
         self._mean_force = np.zeros(3)  # of an IMU, in base_link
         self._mean_over = 0.0  # [s]
 
@@ -92,6 +92,16 @@ class SloshEngine:
     def coupling(self) -> Array:
         """Wrench per acceleration (s, alpha) of the output frame, shape (6, 6)."""
         return np.asarray(np.sum([tank.coupling for tank in self.tanks], axis=0))
+
+    @property
+    def rigid(self) -> Array:
+        """Wrench of weight and inertia per acceleration of the output frame, shape (6, 6)."""
+        return np.asarray(np.sum([tank.rigid for tank in self.tanks], axis=0))
+
+    @property
+    def settled(self) -> Array:
+        """Sloshing wrench of a settled liquid per constant specific force, shape (6, 3)."""
+        return np.asarray(np.sum([tank.settled for tank in self.tanks], axis=0))
 
     def reset(self) -> None:
         """Forget the motion: the next good sample finds the liquid at rest."""
@@ -167,14 +177,11 @@ class TankModel:
         self.config = config
         c = self.coefficients = config.coefficients()
         at_surface = config.pose.offset(c.liquid.surface_centre)
-        seen = sensor.seen_from(at_surface)
-        self._rotation = seen.rotation  # from sensor axes to tank axes
-        self._arm = seen.origin  # of the sensor from O, in tank axes
-        self._arm_cross = cross_matrix(self._arm)
+        self._lever = Lever(sensor.seen_from(at_surface))  # of the sensor about O, in tank axes
 
         # lambda^P_k = lambda_k - (r_P x lambda_T)_k: coupling about the sensor's point, THEORY 2.1
         force = c.coupling[:, :3]
-        about_sensor = c.coupling[:, 3:] - np.cross(self._arm, force)
+        about_sensor = c.coupling[:, 3:] - np.cross(self._lever.arm, force)
         self._force_gain = force / c.mu[:, None]
         self._carried_gain = np.hstack([force, about_sensor]) / c.mu[:, None]
 
@@ -184,6 +191,11 @@ class TankModel:
         self.damping_ratio = config.damping_ratio(c)
         self._loads = LoadMatrices.of(c, self.damping_ratio).moved(transform)
         self.coupling = self._loads.coupling @ transform.T
+        self.rigid = self._loads.rigid @ transform.T
+        tilted = -self._force_gain / c.omega[:, None] ** 2  # beta per specific force, at rest
+        self.settled = (
+            self._loads.stiffness @ tilted + self._loads.coupling[:, :3]
+        ) @ out.rotation.T
         self._modes = ModalIntegrator(c.omega, self.damping_ratio)
         self._watch = TrustWatch(config.tank, c)
         self._driving: Array = np.zeros(len(c.omega))
@@ -211,8 +223,8 @@ class TankModel:
         verdict : Verdict
             How the sample was accepted.
         """
-        force, velocity, rate = motion @ self._rotation.T
-        driving = self._force_gain @ (force - _centripetal(rate, self._arm))
+        force, velocity, rate = motion @ self._lever.rotation.T
+        driving = self._force_gain @ (force - centripetal(rate, self._lever.arm))
         carried = self._carried_gain @ np.concatenate([velocity, rate])
         self._driving = driving
         if verdict.from_rest:
@@ -234,11 +246,7 @@ class TankModel:
         acceleration : array, shape (2, 3)
             Specific force of the sensor's point and angular acceleration, in sensor axes.
         """
-        at_sensor, alpha = acceleration @ self._rotation.T
-        centripetal = _centripetal(self._rotation @ rate, self._arm)
-        # O lies at -arm from the sensor's point
-        specific = at_sensor + self._arm_cross @ alpha - centripetal
-        at_surface = np.concatenate([specific, alpha])
+        at_surface = self._lever.carried(rate, acceleration)
         state = self._loads.state(self.beta, self.beta_rate)
         wrench = state + self._loads.coupling @ at_surface
         return wrench, wrench + self._loads.rigid @ at_surface, state
@@ -261,42 +269,3 @@ class TankModel:
     def elevation_max(self) -> float:
         """Largest height or depth of the wave over the mean free surface [m]."""
         return float(np.abs(self.coefficients.surface_shapes @ self.beta).max())
-
-
-def _centripetal(rate: Array, arm: Array) -> Array:
-    """Centripetal acceleration omega x (omega x r); np.cross would cost ten times more."""
-    return (rate @ arm) * rate - (rate @ rate) * arm
-
-
-class _Acceleration:
-    """
-    Specific force and angular acceleration of the sensor's point, for the loads only.
-
-    Rates are differentiated backwards over the last interval; both quantities pass a first-order
-    low-pass if the cutoff [Hz] is not zero.
-    """
-
-    def __init__(self, cutoff: float) -> None:
-        self._corner = 2.0 * math.pi * cutoff
-        self._last = np.zeros((2, 3))
-        self._followed = np.zeros((2, 3))
-
-    def follow(self, motion: Array, interval: float) -> Array:
-        """
-        Take force, velocity and rate (a row each) after an interval [s]; 0 starts anew.
-
-        Returns
-        -------
-        array, shape (2, 3)
-            Specific force [m/s^2] and angular acceleration [rad/s^2].
-        """
-        force, carried = motion[0], motion[1:]
-        if interval == 0.0:
-            self._followed = np.stack([force, np.zeros(3)])
-        else:
-            now = (carried - self._last) / interval
-            now[0] += force
-            keep = math.exp(-self._corner * interval) if self._corner else 0.0
-            self._followed = now + keep * (self._followed - now)
-        self._last = carried
-        return self._followed

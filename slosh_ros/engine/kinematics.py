@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slosh_ros.modal.loads import cross_matrix
 
 Array = NDArray[np.float64]
 
@@ -52,3 +55,87 @@ class Pose:
     def offset(self, step: Array) -> Pose:
         """Return a pose whose origin is moved by `step`, in child axes [m]."""
         return Pose(self.rotation, self.origin + self.rotation @ step)
+
+
+class Lever:
+    """
+    What a sensor means for the origin of another frame on the same body.
+
+    Parameters
+    ----------
+    sensor : Pose
+        Of the sensor in that frame.
+
+    Attributes
+    ----------
+    rotation : array, shape (3, 3)
+        Takes vectors from sensor axes to the axes of the frame.
+    arm : array, shape (3,)
+        Position of the sensor in the frame [m].
+    """
+
+    def __init__(self, sensor: Pose) -> None:
+        self.rotation = sensor.rotation
+        self.arm = sensor.origin
+        self._cross = cross_matrix(sensor.origin)
+
+    def carried(self, rate: Array, acceleration: Array) -> Array:
+        """
+        Carry an acceleration from the sensor to the origin of the frame.
+
+        Parameters
+        ----------
+        rate : array, shape (3,)
+            Angular rate, in sensor axes [rad/s].
+        acceleration : array, shape (2, 3)
+            Specific force of the sensor's point [m/s^2] and angular acceleration [rad/s^2], in
+            sensor axes.
+
+        Returns
+        -------
+        array, shape (6,)
+            Specific force of the origin and angular acceleration, in the axes of the frame.
+        """
+        at_sensor, alpha = acceleration @ self.rotation.T
+        turning = centripetal(self.rotation @ rate, self.arm)
+        # the origin lies at -arm from the sensor's point
+        return np.concatenate([at_sensor + self._cross @ alpha - turning, alpha])
+
+
+def centripetal(rate: Array, arm: Array) -> Array:
+    """Centripetal acceleration omega x (omega x r); np.cross would cost ten times more."""
+    return (rate @ arm) * rate - (rate @ rate) * arm
+
+
+class AccelerationFilter:
+    """
+    Specific force and angular acceleration of the sensor's point, for the loads only.
+
+    Rates are differentiated backwards over the last interval; both quantities pass a first-order
+    low-pass if the cutoff [Hz] is not zero.
+    """
+
+    def __init__(self, cutoff: float) -> None:
+        self._corner = 2.0 * math.pi * cutoff
+        self._last = np.zeros((2, 3))
+        self._followed = np.zeros((2, 3))
+
+    def follow(self, motion: Array, interval: float) -> Array:
+        """
+        Take force, velocity and rate (a row each) after an interval [s]; 0 starts anew.
+
+        Returns
+        -------
+        array, shape (2, 3)
+            Specific force [m/s^2] and angular acceleration [rad/s^2].
+        """
+        force, carried = motion[0], motion[1:]
+        if interval == 0.0:
+            self._followed = np.stack([force, np.zeros(3)])
+        else:
+            now = (carried - self._last) / interval
+            now[0] += force
+            keep = math.exp(-self._corner * interval) if self._corner else 0.0
+            self._followed = now + keep * (self._followed - now)
+        self._last = carried
+        return self._followed

@@ -45,6 +45,28 @@ def wrench_transform(rotation: Array, origin: Array) -> Array:
     return np.block([[rotation, zero], [cross_matrix(origin) @ rotation, rotation]])
 
 
+def rigid_matrix(mass: float, centre: Array, inertia: Array) -> Array:
+    """
+    Matrix of the weight and inertia with which a rigid body loads what carries it.
+
+    Parameters
+    ----------
+    mass : float
+        [kg].
+    centre : array, shape (3,)
+        Mass centre [m].
+    inertia : array, shape (3, 3)
+        About the origin [kg m^2].
+
+    Returns
+    -------
+    array, shape (6, 6)
+        Wrench about the origin per acceleration (s, alpha) of the origin.
+    """
+    arm = mass * cross_matrix(centre)
+    return -np.block([[mass * np.eye(3), -arm], [arm, inertia]])
+
+
 @dataclass(frozen=True, eq=False)
 class LoadMatrices:
     """
@@ -75,8 +97,7 @@ class LoadMatrices:
         stiffness = lambdas * c.omega**2
         stiffness[3] -= GRAVITY * lambdas[1]
         stiffness[4] += GRAVITY * lambdas[0]
-        arm = c.mass * cross_matrix(c.liquid.centroid)
-        rigid = -np.block([[c.mass * np.eye(3), -arm], [arm, c.inertia_stokes_joukowski]])
+        rigid = rigid_matrix(c.mass, c.liquid.centroid, c.inertia_stokes_joukowski)
         rigid[3, :2] += c.static_residual[1]
         rigid[4, :2] -= c.static_residual[0]
         return cls(

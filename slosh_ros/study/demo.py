@@ -1,5 +1,5 @@
 """
-`make demo`: a braking truck over ROS 2 in closed loop, and a recorded drive, in pictures.
+`make demo`: a braking truck over ROS 2 in closed loop, a recorded drive, a rollover margin.
 
 The two nodes run as processes of their own and talk over DDS on the loopback interface.
 """
@@ -12,7 +12,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +26,8 @@ from slosh_ros.bag import MotionBag, Recording, replay
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
 from slosh_ros.engine.convert import input_type
 from slosh_ros.errors import InputError
-from slosh_ros.study.plots import plot_closed_loop, plot_replay
+from slosh_ros.study.plots import plot_closed_loop, plot_replay, plot_rollover
+from slosh_ros.study.rollover import RolloverStudy
 from slosh_ros.vehicle import ClosedLoopResult, LiquidModes, simulate
 from slosh_ros.vehicle.scenario import Scenario
 
@@ -162,6 +163,22 @@ def _table(columns: dict[str, Recording]) -> Table:
     return table
 
 
+def _rollover_table(studies: Sequence[RolloverStudy]) -> Table:
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    for head in (
+        'load transfer ratio',
+        'peak',
+        'error with ~/wrench',
+        'as if the load were solid',
+    ):
+        table.add_column(head, justify='right')
+    for study in studies:
+        peak = float(np.abs(study.truth.transfer.vehicle).max())
+        errors = (study.error(judged)[1] for judged in (study.liquid, study.solid))
+        table.add_row(study.name, f'{peak:.3f}', *(f'{error:.3f}' for error in errors))
+    return table
+
+
 def main() -> None:
     """Run the demo and say where its pictures are."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -205,7 +222,15 @@ def _demo(out: Path) -> None:
         'Both drives throw the liquid higher than linear theory bears (shaded in the pictures): a '
         'half-full tank without baffles at 0.1 g, as in the paper.'
     )
-    for path in (picture, drive_picture):
+    _console.print('[bold]3  How close to rolling over, from the IMU alone[/]')
+    scenarios = REPOSITORY / 'config' / 'scenarios'
+    studies = [
+        RolloverStudy.of(scenarios / f'{name}.yaml') for name in ('step_steer', 'lane_change')
+    ]
+    rollover_picture = out / 'rollover.png'
+    plot_rollover(studies, rollover_picture)
+    _console.print(_rollover_table(studies))
+    for path in (picture, drive_picture, rollover_picture):
         _console.print(f'   picture: {path}', soft_wrap=True)
 
 

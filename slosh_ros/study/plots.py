@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from slosh_ros.bag import Recording
+from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.modal.validity import WAVE_LIMIT
+from slosh_ros.study.rollover import RolloverStudy
 from slosh_ros.vehicle import ClosedLoopResult, History
+from slosh_ros.vehicle.rollover import Rollover
 
 # Okabe & Ito: told apart by colour-blind eyes; line styles tell them apart in grey
 COLOURS = {'x': '#0072B2', 'y': '#D55E00', 'z': '#009E73', 'k': 'black', 'mark': '#CC79A7'}
@@ -79,9 +83,11 @@ def plot_replay(recording: Recording, title: str, path: Path) -> None:
         PNG, SVG or PDF file.
     """
     time = recording.time
-    figure = Figure(figsize=(11, 12), layout='constrained')
-    axes = figure.subplots(5, 1, sharex=True, height_ratios=[1.1, 0.8, 1, 1.2, 1.2])
-    motion, turning, wave, force, moment = axes
+    rollover = recording.rollover
+    heights = [1.1, 0.8, 1, 1.2, 1.2] + ([1.2] if rollover else [])
+    figure = Figure(figsize=(11, 12.0 * sum(heights) / 5.3), layout='constrained')
+    axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    motion, turning, wave, force, moment = axes[:5]
     if recording.source == 'imu':
         specific = recording.force
         _lines(motion, time, specific[:, :2], 'measured specific force [m/s²]', thin=True)
@@ -91,7 +97,9 @@ def plot_replay(recording: Recording, title: str, path: Path) -> None:
     _waves(wave, recording)
     _lines(force, time, recording.wrench[:, :2] / 1e3, 'sloshing force [kN]')
     _lines(moment, time, recording.wrench[:, 3:] / 1e3, 'sloshing moment [kN m]')
-    moment.set_xlabel('time since the first sample [s]')
+    if rollover:
+        _rollover(axes[5], time, rollover)
+    axes[-1].set_xlabel('time since the first sample [s]')
     for axis in axes:
         axis.grid(alpha=0.3)
         axis.margins(x=0)
@@ -214,6 +222,60 @@ def plot_history(liquid: History, solid: History, name: str, path: Path) -> None
     _save(figure, path)
 
 
+def plot_rollover(studies: Sequence[RolloverStudy], path: Path) -> None:
+    """
+    Draw what an IMU and the sloshing wrench tell of rolling over, against the simulated truth.
+
+    Parameters
+    ----------
+    studies : sequence of RolloverStudy
+        A column each.
+    path : Path
+        PNG, SVG or PDF file.
+    """
+    figure = Figure(figsize=(5.2 * len(studies) + 2.2, 8.5), layout='constrained')
+    axes = figure.subplots(
+        3, len(studies), sharex='col', sharey='row', squeeze=False, height_ratios=[0.7, 1.3, 1]
+    )
+    for (turning, transfer, margin), study in zip(axes.T, studies, strict=True):
+        truth, time = study.truth, study.truth.time
+        turning.plot(
+            time, truth.acceleration[:, 1] / GRAVITY, color=COLOURS['k'], label='simulated truck'
+        )
+        turning.set_title(study.name)
+        for axis, exact, figure_of in (
+            (transfer, truth.transfer.vehicle, 'load_transfer_ratio'),
+            (margin, study.true_margin, 'margin'),
+        ):
+            axis.plot(time, exact, color=COLOURS['k'], linewidth=2.5, alpha=0.35, label='truth')
+            for judged, colour, style, label in (
+                (study.liquid, 'x', '-', 'IMU and ~/wrench'),
+                (study.solid, 'y', '--', 'IMU, as if solid'),
+            ):
+                axis.plot(
+                    time, getattr(judged, figure_of), style, color=COLOURS[colour], label=label
+                )
+        transfer.plot(
+            time, study.liquid.settled, ':', color=COLOURS['mark'], label='IMU: once settled'
+        )
+        transfer.axhline(0.0, color='k', linewidth=0.8)
+        margin.set_xlabel('time [s]')
+    for axis, label in zip(
+        axes[:, 0],
+        ('lateral acceleration\n[g]', 'load transfer ratio [-]\n1: left side lifts off',
+         'rollover margin,\nlateral [g]'),
+        strict=True,
+    ):  # fmt: skip
+        axis.set_ylabel(label)
+    for axis in axes.flat:
+        axis.grid(alpha=0.3)
+        axis.margins(x=0)
+    for axis in axes[:, -1]:
+        _legend(axis)
+    figure.suptitle('Half-full tanker: rollover figures from its IMU alone')
+    _save(figure, path)
+
+
 def _shade(axis: Axes, time: NDArray[np.float64], beyond: NDArray[np.bool_]) -> None:
     """Shade the times beyond linear theory."""
     axis.fill_between(
@@ -231,6 +293,16 @@ def _waves(axis: Axes, recording: Recording) -> None:
     _shade(axis, recording.time, ~recording.valid)
     axis.set_ylabel('wave height [m]')
     axis.set_ylim(bottom=0.0)
+    _legend(axis)
+
+
+def _rollover(axis: Axes, time: NDArray[np.float64], rollover: Rollover) -> None:
+    axis.plot(
+        time, rollover.load_transfer_ratio, color=COLOURS['x'], label='load transfer ratio [-]'
+    )
+    axis.plot(time, rollover.margin, '--', color=COLOURS['y'], label='rollover margin [g]')
+    axis.axhline(0.0, color='k', linewidth=0.8)
+    axis.set_ylabel('rollover')
     _legend(axis)
 
 
