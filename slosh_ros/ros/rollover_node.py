@@ -56,7 +56,7 @@ class RolloverNode(Node):
         self._seen = (0, 0, 0, 0)  # the same, and what was unanswered, at the last report
         self._least = np.inf  # margin since then [g]
         self._said = ''
-        self._publishers = [self.create_publisher(Float64, f'~/{name}', 10) for name in FIGURES]
+        self._figures = [self.create_publisher(Float64, f'~/{name}', 10) for name in FIGURES]
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         overriding = QoSOverridingOptions.with_default_policies()
         imu, wrench = (
@@ -98,7 +98,7 @@ class RolloverNode(Node):
             return
         self._judged += 1
         self._least = min(self._least, float(rollover.margin))
-        for publisher, number in zip(self._publishers, rollover, strict=True):
+        for publisher, number in zip(self._figures, rollover, strict=True):
             publisher.publish(Float64(data=float(number)))
 
     def _report(self) -> None:
