@@ -30,9 +30,9 @@ help: ## list the targets
 	@sed -nE 's/^([a-z-]+):.*## (.*)/\1 \2/p' Makefile | \
 	  while read -r target text; do printf 'make %-12s %s\n' "$$target" "$$text"; done
 
-venv: $(STAMP) ## make .venv, with slosh, slosh_node and vehicle_node in .venv/bin
+venv: $(STAMP) ## make .venv, with slosh and the nodes in .venv/bin
 
-demo: $(STAMP) ## the main job: a closed loop of two ROS nodes, and the replay of a real drive
+demo: $(STAMP) ## the main job: a closed loop of two ROS nodes, the replay of a real drive, a rollover margin
 	$(RUN) slosh_ros.study.demo --out demo_output
 
 test: $(STAMP) ## the whole test suite (PYTEST='-k NAME' for a part of it)

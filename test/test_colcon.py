@@ -123,7 +123,7 @@ def test_colcon_takes_it_for_an_ament_python_package(workspace: Workspace) -> No
 
 def test_ros2_run_finds_the_executables(workspace: Workspace) -> None:
     assert (workspace.prefix / 'share/ament_index/resource_index/packages/slosh_ros').is_file()
-    for name in ('slosh', 'slosh_node', 'vehicle_node'):
+    for name in ('slosh', 'slosh_node', 'vehicle_node', 'rollover_node'):
         assert os.access(workspace.executables / name, os.X_OK), name
     prefixes = workspace.run(*workspace.sourced('printenv', 'AMENT_PREFIX_PATH')).stdout
     assert str(workspace.prefix) in prefixes.strip().split(':')
@@ -161,6 +161,13 @@ def test_slosh_command(workspace: Workspace) -> None:
     [
         ('slosh_node', ['--params-file', 'config/half_full_tanker.yaml']),
         ('vehicle_node', ['--params-file', 'config/scenarios/brake_bump.yaml']),
+        (
+            'rollover_node',
+            [
+                *('--params-file', 'config/half_full_tanker.yaml'),
+                *('--params-file', 'config/rollover.yaml'),
+            ],
+        ),
     ],
 )
 def test_node_starts_and_ends_on_ctrl_c(

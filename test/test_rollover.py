@@ -232,6 +232,8 @@ def test_truck_is_condensed_to_its_thresholds():
     assert rigid.threshold_solid == pytest.approx(rigid_threshold(TRUCK), rel=1e-4)
     truth = study('step_steer').thresholds
     assert rigid.threshold_liquid == pytest.approx(truth.rigid_liquid, rel=5e-3)
+    assert truth.lift_off_liquid / GRAVITY == pytest.approx(0.28, abs=0.005)  # as in the README
+    assert truth.liquid / GRAVITY == pytest.approx(0.36, abs=0.005)
     # with springs: one lean for both units is a little too soft
     for found, true in (
         (BALANCE.threshold_solid, truth.frozen),
@@ -256,6 +258,16 @@ def test_load_transfer_from_the_imu_is_that_of_the_wheels(name, rms, peak, cost)
     assert s.error(s.solid)[1] > cost
     assert s.error(s.solid)[0] > 6.0 * s.error(s.liquid)[0]
     np.testing.assert_allclose(s.liquid.margin, s.true_margin, atol=0.02)
+
+
+def test_without_the_roll_axis_it_errs_on_the_safe_side():
+    """As config/rollover.yaml says: a tenth too high."""
+    s = study('step_steer')
+    engine = SloshEngine(SloshConfig.from_file(SCENARIOS / 'step_steer.yaml'))
+    level = RolloverMonitor(engine, replace(VEHICLE, roll_axis=0.0))
+    *_, last = imu_samples(s.truth, TRUCK)
+    found = level.take(last, engine.settled @ last.force).load_transfer_ratio
+    assert 1.05 < found / s.truth.transfer.vehicle[-1] < 1.15
 
 
 def test_left_turn_loads_the_right_wheels():
@@ -442,7 +454,7 @@ def test_bad_vehicle_is_one_clear_message(tmp_path, change, says):
 
 def test_vehicle_that_cannot_stand_is_one_clear_message(tmp_path):
     file = tmp_path / 'truck.yaml'
-    file.write_text(VEHICLE_FILE.read_text().replace('1.703e6', '4.0e5'))
+    file.write_text(VEHICLE_FILE.read_text().replace('1703000.0', '400000.0'))
     result = slosh('replay', BAG, '--config', BAG_CONFIG, '--rollover', file)
     assert result.returncode == 1
     assert 'falls over at rest; it needs' in result.stderr
