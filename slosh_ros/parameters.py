@@ -261,8 +261,11 @@ def without_ros_own(parameters: Mapping[str, object]) -> dict[str, object]:
 
 
 def names_node(path: Path, node: str) -> bool:
-    """Tell whether a parameter file has a section of that node's own."""
-    return any(section in _load(path) for section in _own_sections(node))
+    """Tell whether a parameter file, which an error names, has a section of that node's own."""
+    try:
+        return any(section in _load(path) for section in _own_sections(node))
+    except InputError as error:
+        raise InputError(f'{path}: {error}') from error
 
 
 def _own_sections(node: str) -> tuple[str, str, str]:

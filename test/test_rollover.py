@@ -11,6 +11,7 @@ from conftest import REPOSITORY
 from drives import engine_of
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from test_bad_input import refused
 from test_replay import HEAD, slosh, table
 
 from slosh_ros.bag import MotionBag
@@ -455,11 +456,8 @@ def test_bad_vehicle_is_one_clear_message(tmp_path, change, says):
 def test_vehicle_that_cannot_stand_is_one_clear_message(tmp_path):
     file = tmp_path / 'truck.yaml'
     file.write_text(VEHICLE_FILE.read_text().replace('1703000.0', '400000.0'))
-    result = slosh('replay', BAG, '--config', BAG_CONFIG, '--rollover', file)
-    assert result.returncode == 1
-    assert 'falls over at rest; it needs' in result.stderr
-    assert str(file) in result.stderr
-    assert 'Traceback' not in result.stderr
+    command = ['replay', BAG, '--config', BAG_CONFIG, '--rollover', file]
+    refused(command, f'{BAG_CONFIG} with {file}: ', 'falls over at rest; it needs')
 
 
 @pytest.mark.parametrize(
@@ -499,10 +497,11 @@ def test_recorded_drive_is_judged(tmp_path):
     assert abs(loads['ltr'].mean()) < 0.02
     assert loads['rollover_margin'].min() > 0.3
 
-    assert slosh(*command, '--out', plain).returncode == 0
-    assert plain.read_text().startswith(HEAD + '\n')
-    rows = [line.rsplit(',', 3)[0] for line in out.read_text().splitlines()]
-    assert rows == plain.read_text().splitlines()
+    assert slosh(*command, '--out', plain, '--duration', 5.0).returncode == 0
+    rows = plain.read_text().splitlines()
+    assert rows[0] == HEAD
+    assert len(rows) > 500
+    assert rows == [line.rsplit(',', 3)[0] for line in out.read_text().splitlines()[: len(rows)]]
 
     result = slosh(*command, '--rollover', VEHICLE_FILE, '--out', bag, '--duration', 2.0)
     assert result.returncode == 0, result.stderr
