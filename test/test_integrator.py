@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -143,3 +145,48 @@ def test_phi_functions_agree_across_the_switch_of_method():
                 got = _phi_functions(np.array(values, dtype=complex))
                 assert abs(got[0][0] - phi_1) < 4e-15 * abs(phi_1)
                 assert abs(got[1][0] - phi_2) < 1e-14 * abs(phi_2)
+
+
+def heaved(step: float, heave: float, frequency: float, duration: float) -> ModalIntegrator:
+    """Undamped mode of 2 rad/s under g (1 + heave cos), each step under its mean gravity."""
+    modes = kicked(np.array([2.0]), np.zeros(1))
+    time = np.arange(0.0, duration + step / 2.0, step)
+    gravity = 1.0 + heave * np.cos(frequency * time)
+    for before, now in itertools.pairwise(gravity):
+        modes.under((before + now) / 2.0)
+        modes.advance(step, np.zeros(1), np.zeros(1))
+    return modes
+
+
+def test_heave_follows_mathieus_equation_with_second_order():
+    solution = solve_ivp(
+        lambda t, x: [x[1], -4.0 * (1.0 + 0.3 * np.cos(1.3 * t)) * x[0]],
+        (0.0, 5.0), [0.0, 1.0], rtol=1e-11, atol=1e-12,
+    )  # fmt: skip
+    errors = [abs(heaved(h, 0.3, 1.3, 5.0).beta[0] - solution.y[0, -1]) for h in (0.02, 0.01)]
+    assert errors[1] < 1e-4
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_heave_at_twice_the_frequency_makes_waves_grow_as_floquet_has_it():
+    # first tongue of Mathieu's equation: rate = heave omega / 4 to first order
+    period, heave = np.pi, 0.1
+    first, last = (
+        np.hypot(2.0 * m.beta[0], m.beta_rate[0])
+        for m in (heaved(0.005, heave, 4.0, n * period) for n in (6, 10))
+    )
+    assert np.log(last / first) / (4 * period) == pytest.approx(heave * 2.0 / 4.0, rel=0.05)
+    off = heaved(0.005, heave, 3.0, 10 * period)
+    assert np.hypot(2.0 * off.beta[0], off.beta_rate[0]) < 1.5
+
+
+def test_other_gravity_is_other_frequencies_with_the_same_damping_ratio():
+    heavy, scaled = kicked(), kicked(OMEGA * np.sqrt(1.7), ZETA)
+    heavy.under(1.7)
+    heavy._amplitude = scaled._amplitude.copy()
+    for modes in (heavy, scaled):
+        modes.advance(0.7, ZERO + 0.3, ZERO + 0.1)
+    np.testing.assert_allclose(heavy.beta, scaled.beta, rtol=1e-13)
+    before = heavy.beta, heavy.beta_rate
+    heavy.under(0.4)
+    np.testing.assert_allclose((heavy.beta, heavy.beta_rate), before, rtol=1e-12, atol=1e-14)

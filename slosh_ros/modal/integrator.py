@@ -46,13 +46,15 @@ class ModalIntegrator:
     """
 
     def __init__(self, omega: Array, damping_ratio: Array) -> None:
-        self._decay = damping_ratio * omega
-        self._damped = omega * np.sqrt(1.0 - damping_ratio**2)
-        self._pole: ComplexArray = -self._decay + 1j * self._damped
+        self._pole_at_rest: ComplexArray = omega * (
+            -damping_ratio + 1j * np.sqrt(1.0 - damping_ratio**2)
+        )
+        self._gravity = 1.0
+        self._tune(self._pole_at_rest)
         self._amplitude: ComplexArray = np.zeros(len(omega), dtype=complex)
+        self._force: Array = np.zeros(len(omega))
         self._carried: Array = np.zeros(len(omega))
         self._drive: ComplexArray = np.zeros(len(omega), dtype=complex)
-        self._interval = 0.0
         self._gains = (self._drive, self._drive, self._drive)
 
     @property
@@ -70,6 +72,23 @@ class ModalIntegrator:
     def envelope(self) -> Array:
         """Amplitudes that the modes would keep without damping and input [m], shape (n,)."""
         return np.asarray(np.abs(self._amplitude - self._carried) / self._damped)
+
+    def under(self, gravity: float) -> None:
+        """
+        Let another gravity act from here on: all frequencies change with its root.
+
+        Parameters
+        ----------
+        gravity : float
+            Effective gravity over the standard one, positive. Surface and velocity stay.
+        """
+        if gravity == self._gravity:
+            return
+        beta, beta_rate = self.beta, self.beta_rate
+        self._gravity = gravity
+        self._tune(self._pole_at_rest * math.sqrt(gravity))
+        self._amplitude = beta_rate + self._carried + (self._decay + 1j * self._damped) * beta
+        self._take(self._force, self._carried)
 
     def start(self, force: Array, carried: Array) -> None:
         """Put the liquid to rest relative to the tank, under the given input."""
@@ -105,8 +124,12 @@ class ModalIntegrator:
         self._amplitude = free + carried
         self._take(force, carried)
 
+    def _tune(self, pole: ComplexArray) -> None:
+        self._pole, self._decay, self._damped = pole, -pole.real, pole.imag
+        self._interval = 0.0  # of the gains, which are to be found anew
+
     def _take(self, force: Array, carried: Array) -> None:
-        self._carried = carried
+        self._force, self._carried = force, carried
         self._drive = -(force + self._pole * carried)
 
 
