@@ -50,6 +50,7 @@ class ModalIntegrator:
             -damping_ratio + 1j * np.sqrt(1.0 - damping_ratio**2)
         )
         self._gravity = 1.0
+        self._pole, self._interval = self._pole_at_rest, 0.0
         self._tune(self._pole_at_rest)
         self._amplitude: ComplexArray = np.zeros(len(omega), dtype=complex)
         self._force: Array = np.zeros(len(omega))
@@ -87,7 +88,8 @@ class ModalIntegrator:
         beta, beta_rate = self.beta, self.beta_rate
         self._gravity = gravity
         self._tune(self._pole_at_rest * math.sqrt(gravity))
-        self._amplitude = beta_rate + self._carried + (self._decay + 1j * self._damped) * beta
+        pull: ComplexArray = (self._decay + 1j * self._damped) * beta
+        self._amplitude = pull + (beta_rate + self._carried)
         self._take(self._force, self._carried)
 
     def start(self, force: Array, carried: Array) -> None:
