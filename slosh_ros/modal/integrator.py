@@ -88,8 +88,8 @@ class ModalIntegrator:
         beta, beta_rate = self.beta, self.beta_rate
         self._gravity = gravity
         self._tune(self._pole_at_rest * math.sqrt(gravity))
-        pull: ComplexArray = (self._decay + 1j * self._damped) * beta
-        self._amplitude = pull + (beta_rate + self._carried)
+        turn = np.conj(-self._pole)  # zeta omega + i omega_d
+        self._amplitude = turn * beta + (beta_rate + self._carried)
         self._take(self._force, self._carried)
 
     def start(self, force: Array, carried: Array) -> None:
