@@ -89,8 +89,7 @@ class ModalIntegrator:
         self._gravity = gravity
         self._tune(self._pole_at_rest * math.sqrt(gravity))
         turn = np.conj(-self._pole)  # zeta omega + i omega_d
-        amplitude: ComplexArray = turn * beta
-        self._amplitude = amplitude + (beta_rate + self._carried)
+        self._amplitude = (turn * beta + (beta_rate + self._carried)).astype(complex)
         self._take(self._force, self._carried)
 
     def start(self, force: Array, carried: Array) -> None:
