@@ -12,14 +12,19 @@ the sine mode sway and roll; yaw takes none.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ive, j1, jnp_zeros
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name
+from slosh_ros.hydro.hyperbolic import cosh_ratio
 from slosh_ros.tank.upright import UprightCylinder
 
 _SERIES_TERMS = 200  # of the inertia sum, whose terms fall as m^-5: 1e-12 of the sum is left
+_POTENTIAL_TERMS = 500  # fall as m^-3: at the wall 7e-8 of the depth squared is left
 _RADII, _ANGLES = 17, 48  # points of the surface; a multiple of 4 angles, so that crests are among
 
 
@@ -63,8 +68,7 @@ def cylinder_z_coefficients(
     coupling[sine, 3] = (push * lever)[sine]
 
     points = _surface_points(radius)
-    r, theta = np.hypot(*points.T), np.arctan2(points[:, 1:], points[:, :1])
-    radial = -wall * j1(np.outer(r, e / radius)) / j1(e)
+    potentials = _Potentials(radius, depth, e, sine, -wall / j1(e))
     return ModalCoefficients(
         route='closed form',
         density=density,
@@ -80,8 +84,39 @@ def cylinder_z_coefficients(
         inertia_stokes_joukowski=density * _stokes_joukowski(radius, depth),
         wall_friction=_wall_friction(radius, depth, e),
         surface_points=points,
-        surface_shapes=radial * np.where(sine, np.sin(theta), np.cos(theta)),
+        surface_shapes=potentials.modes(np.pad(points, ((0, 0), (0, 1)))),
+        potentials=potentials,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Potentials:
+    """Odd in x or y, so that the means of Omega_4 and Omega_5 over the surface are zero."""
+
+    radius: float
+    depth: float
+    e: Array
+    sine: NDArray[np.bool_]
+    scale: Array
+
+    def modes(self, points: Array) -> Array:
+        x, y, z = points.T[..., np.newaxis]
+        r, theta, k = np.hypot(x, y), np.arctan2(y, x), self.e / self.radius
+        around = np.where(self.sine, np.sin(theta), np.cos(theta))
+        return np.asarray(self.scale * j1(k * r) * around * cosh_ratio(k, z, self.depth))
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        # the docstring of _stokes_joukowski; Omega_4 is -Omega_5 turned by a right angle
+        x, y, z = points.T
+        above, r = z + self.depth, np.hypot(x, y)
+        m = np.arange(1, 2 * _POTENTIAL_TERMS, 2)
+        q = m * np.pi / self.depth
+        s, qr = q * self.radius, np.outer(r, q)
+        slope = s * (ive(0, s) + ive(2, s)) / 2.0  # of I_1 at the wall, times s
+        rise = ive(1, qr) * np.exp(qr - s) * self.radius / slope
+        series = 8.0 * self.depth / (np.pi * m) ** 2 * np.cos(np.outer(above, q)) * rise
+        axial = above + np.sum(series, axis=1) / np.where(r > 0.0, r, 1.0)
+        return np.stack([y * axial, -x * axial, np.zeros_like(x)], axis=-1)
 
 
 def _wall_friction(radius: float, depth: float, e: Array) -> Array:

@@ -8,14 +8,17 @@ phi = f cosh k(z + d)/cosh kd, kappa = k tanh kd, k^2 = k_a^2 + k_b^2.
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, surface_grid
+from slosh_ros.hydro.hyperbolic import cosh_ratio, sinh_ratio
 from slosh_ros.tank import Rectangle, UniformTank
 
 _SERIES_TERMS = 200  # of the inertia sums, whose terms fall as m^-5: 1e-12 of the sum is left
+_POTENTIAL_TERMS = 500  # fall as m^-3: at a wall 7e-8 of the square of its extent is left
 
 
 def rectangular_coefficients(
@@ -75,7 +78,51 @@ def rectangular_coefficients(
         wall_friction=_wall_friction(length, width, depth, k_a, k_b),
         surface_points=points,
         surface_shapes=shapes,
+        potentials=_Potentials(length, width, depth, k_a, k_b),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Potentials:
+    """THEORY 3; Omega_4 to Omega_6 are odd in y or x, so that their means are zero."""
+
+    length: float
+    width: float
+    depth: float
+    k_a: Array
+    k_b: Array
+
+    def modes(self, points: Array) -> Array:
+        x, y, z = points.T[..., np.newaxis]
+        plan = np.cos(self.k_a * (x + self.length / 2.0)) * np.cos(
+            self.k_b * (y + self.width / 2.0)
+        )
+        return plan * cosh_ratio(np.hypot(self.k_a, self.k_b), z, self.depth)
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        x, y, z = points.T
+        length, width, depth = self.length, self.width, self.depth
+        above = z + depth
+        return np.stack(
+            [
+                y * above + _between_walls(y, above, width, depth),
+                -x * above - _between_walls(x, above, length, depth),
+                x * y + _between_walls(x, y + width / 2.0, length, width),
+            ],
+            axis=-1,
+        )
+
+
+def _between_walls(u: Array, v: Array, span: float, side: float) -> Array:
+    """
+    Harmonic function w(u, v) of zero slope at v = 0 and v = side.
+
+    At the walls u = -span/2, span/2 its slope dw/du is side - 2 v.
+    """
+    m = np.arange(1, 2 * _POTENTIAL_TERMS, 2)
+    q = m * np.pi / side
+    series = 8.0 * side / (m * np.pi) ** 2 * np.cos(np.outer(v, q))
+    return np.asarray(np.sum(series * sinh_ratio(q, u[:, np.newaxis], span / 2.0), axis=1))
 
 
 def _lowest_coupling_pairs(length: float, width: float, modes: int) -> list[tuple[int, int]]:

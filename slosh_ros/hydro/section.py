@@ -13,6 +13,7 @@ with the motion of the tank. K and M do not know k: their eigenpairs serve every
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from scipy.linalg import cholesky, eigh
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, surface_grid
+from slosh_ros.hydro.hyperbolic import sinh_ratio
 from slosh_ros.hydro.section_mesh import DEFAULT, HalfSection, Resolution, half_section
 from slosh_ros.tank import UniformTank
 
@@ -99,17 +101,18 @@ def section_coefficients(
         surface_shapes=np.stack(
             [
                 np.cos(mode.a * np.pi * (points[:, 0] / tank.length + 0.5))
-                * (across @ mode.psi)
+                * (across @ mode.psi[: across.shape[1]])
                 * (side if mode.b % 2 else 1.0)
                 for mode in found
             ],
             axis=-1,
         ),
+        potentials=_Potentials(tank.length, half, even, odd, tuple(found)),
     )
 
 
 class _Mode(NamedTuple):
-    """A mode for unit density; psi is its coefficients on half the free surface."""
+    """A mode for unit density; psi is its coefficients among the functions."""
 
     a: int
     b: int
@@ -154,6 +157,12 @@ class _Functions:
             half.surface_mass[np.ix_(wet, wet)], lower=True
         )
 
+    @property
+    def alpha(self) -> Array:
+        """Roots of the Neumann eigenvalues of K X = alpha^2 M X; about 0 for the constant."""
+        squared = 1.0 / self.theta - self.shift
+        return np.sqrt(np.maximum(squared, np.finfo(float).tiny))
+
     def inverse(self, k: float) -> Array:
         """Return the diagonal D of (K + k^2 M)^-1 = X D X^T."""
         return 1.0 / (1.0 + (k**2 - self.shift) * self.theta)
@@ -197,9 +206,59 @@ def _modes(half: HalfSection, functions: _Functions, a: int, length: float) -> l
     sign = np.where((surface[0] > 0.0) == functions.is_odd, -1.0, 1.0)
     scale = sign / _peaks(half.surface(_SAMPLES) @ surface)
     columns = zip(
-        kappa, mu * scale**2, friction, (coupling * scale).T, (surface * scale).T, strict=True
+        kappa, mu * scale**2, friction, (coupling * scale).T, (psi * scale).T, strict=True
     )
     return [_Mode(a, 2 * n + functions.is_odd, *column) for n, column in enumerate(columns)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Potentials:
+    """
+    The potentials of modes, and of rotation about O under a closed lid.
+
+    With the Neumann eigenpairs (N_m, alpha_m^2) of the closed section, the constant among them,
+    and w_m = sinh(alpha_m x)/(alpha_m cosh(alpha_m L/2)),
+
+        Omega_5 = -x z + 2 sum_m <z, N_m> N_m w_m,    Omega_6 = x y - 2 sum_m <y, N_m> N_m w_m,
+
+    and Omega_4 is the plane Neumann problem of the section. All are odd in x or y, so that their
+    means over the free surface are zero.
+    """
+
+    length: float
+    half: HalfSection
+    even: _Functions
+    odd: _Functions
+    found: tuple[_Mode, ...]
+
+    def modes(self, points: Array) -> Array:
+        x, y, _ = points.T
+        parity = np.array([mode.b % 2 for mode in self.found], dtype=bool)
+        k = np.pi / self.length * np.array([mode.a for mode in self.found])
+        psi = self._functions(points) @ np.array([mode.psi for mode in self.found]).T
+        across = np.where(parity, np.sign(y)[:, np.newaxis], 1.0) * psi
+        return np.asarray(np.cos(np.outer(x + self.length / 2.0, k)) * across)
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        x, y, z = points.T
+        values, side = self._functions(points), np.sign(y)
+        half, odd = self.half, self.odd
+        roll = values @ odd.vectors @ (odd.inverse(0.0) * (half.roll @ odd.vectors))
+
+        def along(functions: _Functions, arm: Array, slope: Array) -> Array:
+            ends = sinh_ratio(functions.alpha, x[:, np.newaxis], self.length / 2.0)
+            # <z, N> = <1, dN/dz>/alpha^2 by Green's identity: the smallest Theta have no digits
+            products = slope @ functions.vectors * functions.inverse(0.0)
+            if not functions.is_odd:  # but of the constant, the last
+                products[-1] = arm @ functions.vectors[:, -1] / functions.theta[-1]
+            return np.asarray(2.0 * np.sum(values @ functions.vectors * ends * products, axis=1))
+
+        pitch = along(self.even, half.z, half.d_dz) - x * z
+        yaw = x * y - side * along(odd, half.y, half.d_dy)
+        return np.stack([side * roll, pitch, yaw], axis=-1)
+
+    def _functions(self, points: Array) -> Array:
+        return self.half.fan.values(np.stack([np.abs(points[:, 1]), points[:, 2]], axis=-1))
 
 
 def _energies(form: Array, columns: Array) -> Array:
@@ -226,9 +285,8 @@ def _stokes_joukowski(
 
     def across(functions: _Functions, arm: Array, second_moment: float) -> float:
         # The constant is among the Neumann pairs (N, alpha^2) here: 4 A zbar^2 L is its term.
-        theta = functions.theta
-        alpha = np.sqrt(np.maximum(1.0 / theta - functions.shift, np.finfo(float).tiny))
-        products = 2.0 * (arm @ functions.vectors) ** 2 / theta
+        alpha = functions.alpha
+        products = 2.0 * (arm @ functions.vectors) ** 2 / functions.theta
         ends = 8.0 * np.sum(products * np.tanh(alpha * length / 2.0) / alpha)
         return section.area * length**3 / 12.0 - 3.0 * length * second_moment + float(ends)
 

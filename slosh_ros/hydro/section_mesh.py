@@ -20,6 +20,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
+from scipy.spatial import cKDTree
 
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import Array
@@ -31,6 +32,11 @@ _RAY_HALF_WIDTHS = np.array([0.0, 0.5, 2.0])
 _RAY_DEPTHS = np.array([0.0, 1.0, 2.0]) / 3.0
 
 _UNIT = np.array([0.0, 1.0])
+
+# Where a point is looked for in the fan, before Newton's method; dense at the contact line
+_SEEK_RHO, _SEEK_T = np.linspace(0.0, 1.0, 65)[1:] ** 2, np.linspace(0.0, 1.0, 17)
+_SEEK_STEPS = 50  # some 5 do; a point beyond the wall slides along it
+_FOUND = 1e-5  # [half widths of the surface] that a point may lie outside, for rounding
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,8 @@ class HalfSection:
         The functions of the free surface, of rho = 1 - y/half_width.
     on_axis : array of bool, shape (n,)
         Which functions do not vanish on the symmetry plane.
+    fan : Fan
+        The functions at single points.
     """
 
     stiffness: Array
@@ -95,6 +103,73 @@ class HalfSection:
     surface_y: Array
     surface: BSpline
     on_axis: NDArray[np.bool_]
+    fan: Fan
+
+
+@dataclass(frozen=True, eq=False)
+class Fan:
+    """
+    The map P and the functions on it.
+
+    Attributes
+    ----------
+    net : array, shape (4, 2, m)
+        Spline coefficients of the rays.
+    along, across : BSpline
+        The functions of rho and of t that make up the products.
+    """
+
+    net: Array
+    along: BSpline
+    across: BSpline
+
+    def values(self, points: Array) -> Array:
+        """
+        Values of the functions at points of the half section.
+
+        Parameters
+        ----------
+        points : array, shape (p, 2)
+            y >= 0 and z about O [m], within the liquid.
+
+        Returns
+        -------
+        array, shape (p, n)
+            The values.
+
+        Raises
+        ------
+        InputError
+            If a point is not in the liquid.
+        """
+        rho, t = self._found(points)
+        return _joined(self.along(rho)[:, :, np.newaxis] * self.across(t)[:, np.newaxis])
+
+    def _found(self, points: Array) -> tuple[Array, Array]:
+        """Places rho and t of points: Newton's method from the nearest of some known ones."""
+        rho, t = (grid.ravel() for grid in np.meshgrid(_SEEK_RHO, _SEEK_T))
+        nearest = cKDTree(self._at(rho, t).T).query(points)[1]
+        rho, t = rho[nearest], t[nearest]
+        for _ in range(_SEEK_STEPS):
+            (y_rho, z_rho), (y_t, z_t) = self._at(rho, t, 1, 0), self._at(rho, t, 0, 1)
+            y, z = points.T - self._at(rho, t)
+            # at rho = 0, the contact line, any t will do
+            jacobian = np.maximum(y_rho * z_t - z_rho * y_t, np.finfo(float).tiny)
+            last = rho, t
+            rho = np.clip(rho + (z_t * y - y_t * z) / jacobian, 0.0, 1.0)
+            t = np.clip(t + (y_rho * z - z_rho * y) / jacobian, 0.0, 1.0)
+            if np.array_equal(last, (rho, t)):
+                break
+        far = np.hypot(*(points.T - self._at(rho, t))) > _FOUND * self.net[0, 0, 0]
+        if far.any():
+            y, z = points[far][0]
+            raise InputError(f'the section has no liquid at y = {y:g} m, z = {z:g} m from O')
+        return rho, t
+
+    def _at(self, rho: Array, t: Array, i: int = 0, j: int = 0) -> Array:
+        """Derivative of P by rho, i times, and by t, j times, shape (2, p)."""
+        blend = _splines(_UNIT, len(self.net) - 1)
+        return np.asarray(np.einsum('kdi,pi,pk->dp', self.net, self.along(rho, i), blend(t, j)))
 
 
 def half_section(section: Section, depth: float, resolution: Resolution = DEFAULT) -> HalfSection:
@@ -163,6 +238,7 @@ def half_section(section: Section, depth: float, resolution: Resolution = DEFAUL
         surface_y=(s_weight * half_width * (1.0 - rho)) @ s,
         surface=along,
         on_axis=(np.arange(n) == m - 1) | (np.arange(n) >= n - resolution.fan_degree),
+        fan=Fan(net, along, across),
     )
 
 
@@ -203,7 +279,11 @@ def _gauss(breaks: Array, order: int) -> tuple[Array, Array]:
 def _products(along: Array, across: Array) -> Array:
     """Products of functions of rho, shape (r, m), and of t, shape (q, f), at all r q points."""
     product = np.einsum('ri,qj->rqij', along, across)
-    product = product.reshape(-1, *product.shape[2:])
+    return _joined(product.reshape(-1, *product.shape[2:]))
+
+
+def _joined(product: Array) -> Array:
+    """Functions that are continuous, of products at p points, shape (p, m, f)."""
     # rho = 0 is one point, whatever t: there the f products make up one function
     contact = product[:, 0].sum(axis=1, keepdims=True)
     return np.hstack([contact, product[:, 1:, 0], product[:, 1:, 1:].reshape(len(product), -1)])
