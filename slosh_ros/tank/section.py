@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_WALL_POINTS = 4001  # of a wall that is taken for a polygon: 1e-7 of a circle's radius off
+
 
 @dataclass(frozen=True)
 class SectionMoments:
@@ -80,6 +82,33 @@ class Section(ABC):
         """Values of `s` in (0, 1), rising, at which the wall has a corner; none by default."""
         del depth
         return ()
+
+    def nearest(self, depth: float, point: Array) -> Array:
+        """
+        Find the point of the liquid at rest that is nearest to a point of the plane.
+
+        Parameters
+        ----------
+        depth : float
+            Depth of the liquid [m].
+        point : array, shape (2,)
+            y and z about O [m].
+        """
+        here = np.array([abs(point[0]), point[1]])
+        s = np.union1d(np.linspace(0.0, 1.0, _WALL_POINTS), self.corners(depth))
+        wall = self.wall(depth, s).T
+        edge = np.vstack([[0.0, 0.0], wall])  # the free surface, then the wall
+        start, way = edge[:-1], np.diff(edge, axis=0)
+        # inside the half section, the ray along +y leaves it an odd number of times
+        across = (start[:, 1] > here[1]) != (edge[1:, 1] > here[1])
+        rise = np.where(across, way[:, 1], 1.0)
+        crossing = start[:, 0] + way[:, 0] * (here[1] - start[:, 1]) / rise
+        if np.count_nonzero(across & (crossing > here[0])) % 2:
+            return point
+        along = np.sum((here - start) * way, axis=1) / np.sum(way**2, axis=1)
+        feet = start + np.clip(along, 0.0, 1.0)[:, np.newaxis] * way
+        foot = feet[np.argmin(np.sum((feet - here) ** 2, axis=1))]
+        return np.array([np.copysign(foot[0], point[0]), foot[1]])
 
 
 @dataclass(frozen=True)

@@ -124,6 +124,26 @@ class UniformTank:
             surface_inertia=np.diag([width * length**3 / 12.0, length * width**3 / 12.0]),
         )
 
+    def nearest(self, depth: float, point: Array) -> Array:
+        """
+        Find the point of the liquid at rest that is nearest to a given one.
+
+        Parameters
+        ----------
+        depth : float
+            Greatest depth [m], between 0 and the inner height.
+        point : array, shape (3,)
+            In the tank frame [m].
+
+        Returns
+        -------
+        array, shape (3,)
+            In the tank frame [m]; the given point itself if it is in the liquid.
+        """
+        surface = np.array([0.0, depth - self.height / 2.0])
+        x = np.clip(point[0], -self.length / 2.0, self.length / 2.0)
+        return np.array([x, *(surface + self.section.nearest(depth, point[1:] - surface))])
+
 
 def rectangular(length: float, width: float, height: float) -> UniformTank:
     """Box of the given inner length (x), width (y) and height (z) [m]."""

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slosh_ros.tank.uniform import LiquidAtRest
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,26 @@ class UprightCylinder:
             inertia=np.diag([across, across, 2.0 * second_moment * depth]),
             surface_inertia=second_moment * np.eye(2),
         )
+
+    def nearest(self, depth: float, point: Array) -> Array:
+        """
+        Find the point of the liquid at rest that is nearest to a given one.
+
+        Parameters
+        ----------
+        depth : float
+            Depth [m], between 0 and the inner height.
+        point : array, shape (3,)
+            In the tank frame [m].
+
+        Returns
+        -------
+        array, shape (3,)
+            In the tank frame [m]; the given point itself if it is in the liquid.
+        """
+        bottom = -self.height / 2.0
+        inwards = self.radius / max(self.radius, float(np.hypot(*point[:2])))
+        return np.array([*(inwards * point[:2]), np.clip(point[2], bottom, bottom + depth)])
 
 
 def cylinder_z(radius: float, height: float) -> UprightCylinder:
