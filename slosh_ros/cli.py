@@ -133,13 +133,13 @@ def replay(
     monitor = None if rollover is None else _monitor(engine, config, rollover)
     kind = input_type(engine)
     topic, default = (imu, '/imu/data') if kind == IMU else (twist, '/twist')
-    peaks, recording = Peaks(), Recording(engine)
+    peaks, recording = Peaks(engine), Recording(engine)
     with MotionBag(bag, kind, topic, default, start, duration) as source:
         writers: list[LoadsWriter] = [peaks]
         if plot is not None:
             writers.append(recording)
         if out is not None:
-            writers.append(writer_for(out, settings.output_frame, monitor is not None))
+            writers.append(writer_for(out, settings, monitor is not None))
         with _progress(source) as advance:
             count = replay_bag(source, engine, writers, advance, monitor)
     _print_replay(peaks, engine, source.topic, count)
@@ -341,6 +341,8 @@ def _print_replay(peaks: Peaks, engine: SloshEngine, topic: str, count: int) -> 
         unit = 'kN' if k < 3 else 'kN m'
         table.add_row(name, f'{peaks.wrench[k] / 1e3:.3f}', f'{peaks.total[k] / 1e3:.3f}', unit)
     table.add_row('wave height', f'{peaks.elevation_max:.3f}', '', 'm')
+    for point, pressure in zip(engine.config.pressure_points, peaks.pressure, strict=True):
+        table.add_row(f'pressure {point}', '', f'{pressure / 1e3:.3f}', 'kPa')
     _out.print(table)
     for verdict, number in engine.gate.counts.items():
         if verdict not in (Verdict.ACCEPTED, Verdict.STARTED):

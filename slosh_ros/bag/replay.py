@@ -19,11 +19,19 @@ Array = NDArray[np.float64]
 
 
 class Peaks:
-    """Largest magnitudes, in constant memory."""
+    """
+    Largest magnitudes, in constant memory.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    engine : SloshEngine
+        Whose loads they are.
+    """
+
+    def __init__(self, engine: SloshEngine) -> None:
         self.wrench: Array = np.zeros(6)
         self.total: Array = np.zeros(6)
+        self.pressure: Array = np.zeros(len(engine.config.pressure_points))
         self.elevation_max = 0.0
         self.beyond: dict[Criterion, tuple[int, Trust]] = {}  # how often, and the worst
         self.load_transfer_ratio = (np.inf, -np.inf)  # least and largest
@@ -35,6 +43,7 @@ class Peaks:
         """Take the numbers of one sample."""
         self.wrench = np.maximum(self.wrench, np.abs(loads.wrench))
         self.total = np.maximum(self.total, np.abs(loads.total))
+        self.pressure = np.maximum(self.pressure, np.abs(loads.pressure))
         self.elevation_max = max(self.elevation_max, loads.elevation_max)
         if not loads.valid:
             count, worst = self.beyond.get(loads.trust.criterion, (0, loads.trust))

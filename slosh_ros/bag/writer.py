@@ -1,4 +1,4 @@
-"""Writing loads: a table as CSV, or a bag of WrenchStamped."""
+"""Writing loads: a table as CSV, or a bag of what the nodes publish."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from slosh_ros.constants import NANOSECONDS
-from slosh_ros.engine import Loads
+from slosh_ros.engine import Loads, SloshConfig
 from slosh_ros.errors import InputError
 from slosh_ros.vehicle.rollover import FIGURES, Rollover
 
@@ -38,18 +38,23 @@ class LoadsWriter(Protocol):
 
 
 class CsvWriter:
-    """One row a sample, doubles in full; with columns for rollover figures if there are any."""
+    """
+    One row a sample, doubles in full.
 
-    def __init__(self, path: Path, rollover: bool = False) -> None:
+    With columns for points of pressure and for rollover figures, if there are any.
+    """
+
+    def __init__(self, path: Path, config: SloshConfig, rollover: bool = False) -> None:
         self._path = path
         self._part = path.with_name(path.name + '.part')
         self._file: IO[str] = self._part.open('w', encoding='ascii')
-        self._file.write(f'{COLUMNS},{ROLLOVER_COLUMNS}\n' if rollover else f'{COLUMNS}\n')
+        columns = [COLUMNS, *(f'p_{point}' for point in config.pressure_points)]
+        self._file.write(','.join(columns + [ROLLOVER_COLUMNS] * rollover) + '\n')
 
     def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
         """Append the row of one sample."""
         numbers = [*loads.wrench.tolist(), *loads.total.tolist(), loads.elevation_max]
-        numbers += [int(loads.valid), *map(float, rollover or ())]
+        numbers += [int(loads.valid), *loads.pressure.tolist(), *map(float, rollover or ())]
         self._file.write(f'{loads.stamp},{",".join(map(repr, numbers))}\n')
 
     def finish(self) -> None:
@@ -67,23 +72,26 @@ class CsvWriter:
 class BagWriter:
     """The topics of slosh_node and rollover_node, as they publish them."""
 
-    def __init__(self, path: Path, frame: str, rollover: bool = False) -> None:
+    def __init__(self, path: Path, config: SloshConfig, rollover: bool = False) -> None:
         self._path = path
-        self._frame = frame
+        self._frame = config.output_frame
         self._folder = Path(tempfile.mkdtemp(prefix='.slosh_replay_', dir=path.parent))
         self._types = get_typestore(Stores.ROS2_JAZZY)
         self._writer = Writer(self._folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         self._wrench, self._total = (
-            self._writer.add_connection(
-                f'/slosh_node/{name}', 'geometry_msgs/msg/WrenchStamped', typestore=self._types
-            )
+            self._connection(f'/slosh_node/{name}', 'geometry_msgs/msg/WrenchStamped')
             for name in ('wrench', 'wrench_total')
         )
-        self._rollover = [
-            self._writer.add_connection(
-                f'/rollover_node/{name}', 'std_msgs/msg/Float64', typestore=self._types
+        self._pressures = [
+            (
+                self._connection(f'/slosh_node/pressure/{point}', 'sensor_msgs/msg/FluidPressure'),
+                frame,
             )
+            for point, frame in config.pressure_points.items()
+        ]
+        self._rollover = [
+            self._connection(f'/rollover_node/{name}', 'std_msgs/msg/Float64')
             for name in (FIGURES if rollover else ())
         ]
 
@@ -91,6 +99,12 @@ class BagWriter:
         """Append the messages of one sample."""
         self._append(self._wrench, loads.stamp, loads.wrench.tolist())
         self._append(self._total, loads.stamp, loads.total.tolist())
+        pressures = zip(self._pressures, loads.pressure.tolist(), strict=True)
+        for (connection, frame), pressure in pressures:
+            message = self._types.types['sensor_msgs/msg/FluidPressure'](
+                header=self._header(loads.stamp, frame), fluid_pressure=pressure, variance=0.0
+            )
+            self._write(connection, loads.stamp, message)
         for connection, number in zip(self._rollover, rollover or (), strict=True):
             message = self._types.types['std_msgs/msg/Float64'](data=float(number))
             self._write(connection, loads.stamp, message)
@@ -108,15 +122,20 @@ class BagWriter:
             self._writer.close()
         shutil.rmtree(self._folder, ignore_errors=True)
 
+    def _connection(self, topic: str, kind: str) -> Connection:
+        return self._writer.add_connection(topic, kind, typestore=self._types)
+
+    def _header(self, stamp: int, frame: str) -> Any:
+        kind: dict[str, Any] = self._types.types
+        seconds, nanoseconds = divmod(stamp, NANOSECONDS)
+        time = kind['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds)
+        return kind['std_msgs/msg/Header'](stamp=time, frame_id=frame)
+
     def _append(self, connection: Connection, stamp: int, wrench: list[float]) -> None:
         kind: dict[str, Any] = self._types.types
         vector = kind['geometry_msgs/msg/Vector3']
-        seconds, nanoseconds = divmod(stamp, NANOSECONDS)
         message = kind['geometry_msgs/msg/WrenchStamped'](
-            header=kind['std_msgs/msg/Header'](
-                stamp=kind['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds),
-                frame_id=self._frame,
-            ),
+            header=self._header(stamp, self._frame),
             wrench=kind['geometry_msgs/msg/Wrench'](
                 force=vector(*wrench[:3]), torque=vector(*wrench[3:])
             ),
@@ -128,7 +147,7 @@ class BagWriter:
         self._writer.write(connection, stamp, raw)
 
 
-def writer_for(path: Path, frame: str, rollover: bool = False) -> LoadsWriter:
+def writer_for(path: Path, config: SloshConfig, rollover: bool = False) -> LoadsWriter:
     """
     Choose the writer by the ending of the path.
 
@@ -136,8 +155,8 @@ def writer_for(path: Path, frame: str, rollover: bool = False) -> LoadsWriter:
     ----------
     path : Path
         The file.
-    frame : str
-        Of the wrenches.
+    config : SloshConfig
+        Frames and points of pressure.
     rollover : bool
         Whether rollover figures come with the loads.
 
@@ -150,9 +169,9 @@ def writer_for(path: Path, frame: str, rollover: bool = False) -> LoadsWriter:
         raise InputError(f'{path}: is a folder; name a file')
     try:
         if path.suffix == '.csv':
-            return CsvWriter(path, rollover)
+            return CsvWriter(path, config, rollover)
         if path.suffix == '.mcap':
-            return BagWriter(path, frame, rollover)
+            return BagWriter(path, config, rollover)
     except OSError as error:
         raise InputError(f'{path}: cannot be written: {error.strerror}') from error
     raise InputError(f"{path}: its ending must be .csv or .mcap, not '{path.suffix}'")

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)
+ROUNDING = 1e-3  # [m] by which a point may lie outside the liquid at rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,8 @@ class TankConfig:
         Damping ratio of each mode or of all, as configured.
     kinematic_viscosity : float or None
         Of the liquid [m^2/s], if the damping is to follow from it.
+    pressure_points : dict
+        Points of the liquid at rest whose pressure is wanted, by name, in the tank frame [m].
     """
 
     name: str
@@ -58,6 +61,7 @@ class TankConfig:
     modes: int
     damping: Array
     kinematic_viscosity: float | None
+    pressure_points: dict[str, Array]
 
     def coefficients(self) -> ModalCoefficients:
         """Solve for the modal coefficients; takes from a millisecond to a second."""
@@ -112,6 +116,15 @@ class SloshConfig:
     gate: GatePolicy
 
     @property
+    def pressure_points(self) -> dict[str, str]:
+        """Names of all points of pressure, in the order of the engine's, with their frames."""
+        return {
+            point: 'tank_link' if len(self.tanks) == 1 else f'{tank.name}_link'
+            for tank in self.tanks
+            for point in tank.pressure_points
+        }
+
+    @property
     def sensor(self) -> Pose:
         """Pose in base_link of what is measured; a twist is base_link's own."""
         return self.imu if self.source == 'imu' else Pose.identity()
@@ -142,7 +155,8 @@ class SloshConfig:
             If a parameter is unknown, missing or does not fit.
         """
         p = resolved(given)[1]
-        tanks = tuple(_tank(p, name) for name in p.strings('tanks'))
+        points = _pressure_points(p)
+        tanks = tuple(_tank(p, name, points[name]) for name in p.strings('tanks'))
         output_frame = p.string('frames.output')
         if output_frame == 'tank_link' and len(tanks) > 1:
             raise InputError(
@@ -178,8 +192,9 @@ class SloshConfig:
         )
 
 
-def _tank(p: Values, name: str) -> TankConfig:
+def _tank(p: Values, name: str, points: dict[str, str]) -> TankConfig:
     tank = tank_of(p, name)
+    depth = _depth(p, name, tank)
     modes = int(p.number(f'{name}.modes'))
     damping_key, viscosity_key = f'{name}.damping_ratio', f'{name}.kinematic_viscosity'
     damping = np.atleast_1d(p.vector(damping_key)) if damping_key in p else np.zeros(1)
@@ -193,12 +208,59 @@ def _tank(p: Values, name: str) -> TankConfig:
         name=name,
         pose=Pose.from_xyz_rpy(p.vector(f'{name}.xyz'), p.vector(f'{name}.rpy')),
         tank=tank,
-        depth=_depth(p, name, tank),
+        depth=depth,
         density=p.number(f'{name}.density'),
         modes=modes,
         damping=damping,
         kinematic_viscosity=p.number(viscosity_key) if viscous else None,
+        pressure_points={
+            point: _wet(tank, depth, key, p.vector(key)) for point, key in points.items()
+        },
     )
+
+
+def _pressure_points(p: Values) -> dict[str, dict[str, str]]:
+    """Keys of the points of pressure, by tank and by their own name, both sorted."""
+    tanks = p.strings('tanks')
+    points: dict[str, dict[str, str]] = {tank: {} for tank in tanks}
+    used: dict[str, str] = {}
+    for key in sorted(p.by_name):
+        group, _, point = key.rpartition('.')
+        tank, _, last = group.rpartition('.')
+        if last != 'pressure':
+            continue
+        if not tank and len(tanks) > 1:
+            raise InputError(
+                f'{key} does not tell its tank; write '
+                + ' or '.join(f'{name}.{key}' for name in tanks)
+            )
+        if point in used:
+            raise InputError(f'{used[point]} and {key} have the same name; rename one of them')
+        used[point] = key
+        points[tank or tanks[0]][point] = key
+    return points
+
+
+def _wet(tank: Tank, depth: float, key: str, point: Array) -> Array:
+    """
+    Return the point, on the wall if it is outside by no more than rounding.
+
+    Linear theory extends the liquid at rest to the wave; above it, there is no pressure to tell.
+    """
+    surface = tank.filled(depth).surface_height
+    here = f'{key} is ({", ".join(f"{c:g}" for c in point)}) m'
+    if point[2] > surface + ROUNDING:
+        raise InputError(
+            f'{here} in the tank frame, {point[2] - surface:.3g} m above the mean free surface, '
+            f'where linear theory knows no pressure; it must lie below z = {surface:.4g} m'
+        )
+    nearest = tank.nearest(depth, point)
+    if (outside := float(np.linalg.norm(point - nearest))) > ROUNDING:
+        raise InputError(
+            f'{here} in the tank frame, {outside:.3g} m outside of the tank; its nearest wall is '
+            f'at ({", ".join(f"{c:.4g}" for c in nearest)}) m'
+        )
+    return nearest
 
 
 def _depth(p: Values, name: str, tank: Tank) -> float:

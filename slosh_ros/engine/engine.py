@@ -16,10 +16,12 @@ from slosh_ros.engine.kinematics import AccelerationFilter, Lever, Pose, centrip
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.integrator import ModalIntegrator
 from slosh_ros.modal.loads import LoadMatrices, wrench_transform
+from slosh_ros.modal.pressure import PressureMatrices
 from slosh_ros.modal.validity import UNMOVED, Trust, TrustWatch
 
 Array = NDArray[np.float64]
 
+_NOWHERE = np.zeros(0)  # no points of pressure
 _AT_REST = np.array([0.0, 0.0, GRAVITY])  # specific force of a level vehicle [m/s^2]
 GRAVITY_MEMORY = 1.0  # [s] over which the mean specific force is watched
 GRAVITY_TOLERANCE = 4.0  # [m/s^2] more than a truck brakes, less than any wrong mount or unit
@@ -47,6 +49,9 @@ class Loads:
         Largest height or depth of the wave against the mean level [m].
     trust : Trust
         What takes most of the room of linear theory.
+    pressure : array, shape (p,)
+        Pressure at the points of `SloshConfig.pressure_points`, less the hydrostatic pressure of
+        the level tank at rest [Pa].
     """
 
     sample: MotionSample
@@ -55,6 +60,7 @@ class Loads:
     state: Array
     elevation_max: float
     trust: Trust
+    pressure: Array
 
     @property
     def stamp(self) -> int:
@@ -133,14 +139,18 @@ class SloshEngine:
         acceleration = self._acceleration.follow(motion, interval if continuous else 0.0)
         wrench, total, state = np.zeros(6), np.zeros(6), np.zeros(6)
         elevation_max, trust = 0.0, UNMOVED
+        pressures = []
         for tank in self.tanks:
             tank.take(motion, interval, verdict)
-            parts = tank.loads(sample.rate, acceleration)
+            at_surface = tank.at_surface(sample.rate, acceleration)
+            parts = tank.loads(at_surface)
             wrench, total, state = wrench + parts[0], total + parts[1], state + parts[2]
+            pressures.append(tank.pressure(at_surface))
             elevation = tank.elevation_max()
             elevation_max = max(elevation_max, elevation)
             trust = max(trust, tank.trust(elevation, interval, sample.rate), key=Trust.use)
-        return verdict, Loads(sample, wrench, total, state, elevation_max, trust)
+        pressure = pressures[0] if len(pressures) == 1 else np.concatenate(pressures)
+        return verdict, Loads(sample, wrench, total, state, elevation_max, trust, pressure)
 
     def _watch_gravity(self, force: Array, interval: float) -> None:
         """Count a warning while the mean specific force is not gravity, upwards."""
@@ -199,6 +209,10 @@ class TankModel:
         self._modes = ModalIntegrator(c.omega, self.damping_ratio)
         self._watch = TrustWatch(config.tank, c)
         self._driving: Array = np.zeros(len(c.omega))
+        self._pressure: PressureMatrices | None = None
+        if config.pressure_points:
+            points = np.array(list(config.pressure_points.values())) - c.liquid.surface_centre
+            self._pressure = PressureMatrices.of(c, self.damping_ratio, points)
 
     @property
     def beta(self) -> Array:
@@ -235,9 +249,9 @@ class TankModel:
         else:
             self._modes.advance(interval, driving, carried)
 
-    def loads(self, rate: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+    def at_surface(self, rate: Array, acceleration: Array) -> Array:
         """
-        Wrenches at the sample last taken: sloshing, total, sloshing without feed-through.
+        Specific force and angular acceleration of O in tank axes, shape (6,).
 
         Parameters
         ----------
@@ -246,10 +260,19 @@ class TankModel:
         acceleration : array, shape (2, 3)
             Specific force of the sensor's point and angular acceleration, in sensor axes.
         """
-        at_surface = self._lever.carried(rate, acceleration)
+        return self._lever.carried(rate, acceleration)
+
+    def loads(self, at_surface: Array) -> tuple[Array, Array, Array]:
+        """Wrenches at the sample last taken: sloshing, total, sloshing without feed-through."""
         state = self._loads.state(self.beta, self.beta_rate)
         wrench = state + self._loads.coupling @ at_surface
         return wrench, wrench + self._loads.rigid @ at_surface, state
+
+    def pressure(self, at_surface: Array) -> Array:
+        """Pressure at the tank's points at the sample last taken, shape (p,) [Pa]."""
+        if self._pressure is None:
+            return _NOWHERE
+        return self._pressure.at(self.beta, self.beta_rate, at_surface)
 
     def trust(self, elevation: float, interval: float, rate: Array) -> Trust:
         """

@@ -16,11 +16,16 @@ from slosh_ros.parameters import Parameter, Values
 from slosh_ros.parameters import resolved as resolved_with
 
 TANK = '{tank}'  # stands for the name of each tank in the name of a row
+POINT = '{point}'  # stands for any name that a user gives
 
 POSITIVE = 1e-6  # [m] smallest dimension that is taken for one
 FAR = 1e3  # [m] largest distance on a vehicle
 TURN = 6.2832  # [rad] more than a turn is taken for degrees
-_TANK_NAME = re.compile(r'[A-Za-z]\w*', re.ASCII)
+_NAME = re.compile(r'[A-Za-z]\w*', re.ASCII)  # of a tank or point, and in those of topics
+_POINT_MEANING = (
+    'point of the liquid or its wall whose pressure is published, in the tank frame, below the '
+    'mean free surface; up to 1 mm outside is taken for rounding'
+)
 
 PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
@@ -96,6 +101,11 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0, 1.0,
     ),
     Parameter('{tank}.density', 'double', 1000.0, 'density of the liquid', 'kg/m^3', 1e-3, 3e4),
+    Parameter('pressure.{point}', 'double[3]', None, _POINT_MEANING, 'm', -FAR, FAR),
+    Parameter(
+        '{tank}.pressure.{point}', 'double[3]', None,
+        _POINT_MEANING + '; of this tank where there are several', 'm', -FAR, FAR,
+    ),
     Parameter(
         'frames.output', 'string', 'base_link',
         'frame of the wrenches: base_link, or tank_link of a single tank',
@@ -135,14 +145,40 @@ PARAMETERS: tuple[Parameter, ...] = (
 )  # fmt: skip
 
 
-def rows_for(tanks: Iterable[str]) -> dict[str, Parameter]:
-    """Return all rows by name, those of a tank once for each of the named tanks."""
+def rows_for(tanks: Iterable[str], given: Iterable[str] = ()) -> dict[str, Parameter]:
+    """
+    Return all rows by name.
+
+    Parameters
+    ----------
+    tanks : iterable of str
+        Names of the tanks; the rows of a tank come once for each.
+    given : iterable of str
+        Names of parameters; the rows of a point come once for each that fits, beside their own.
+
+    Raises
+    ------
+    InputError
+        If the name of a point is none for a topic.
+    """
     rows = {row.name: row for row in PARAMETERS if TANK not in row.name}
     for tank in tanks:
         for row in PARAMETERS:
             if TANK in row.name:
                 name = row.name.replace(TANK, tank)
                 rows[name] = replace(row, name=name)
+    for row in [row for row in rows.values() if POINT in row.name]:
+        group = row.name.removesuffix(POINT)
+        for name in given:
+            point = name.removeprefix(group)
+            if point == name:
+                continue
+            if not _NAME.fullmatch(point):
+                raise InputError(
+                    f"{name} gives a point the name '{point}'; a name has letters, digits and "
+                    'underscores and begins with a letter'
+                )
+            rows[name] = replace(row, name=name)
     return rows
 
 
@@ -174,10 +210,10 @@ def resolved(given: Mapping[str, object]) -> tuple[dict[str, Parameter], Values]
         raise InputError(f'tanks names {", ".join(sorted(repeated))} more than once')
     groups = {row.name.partition('.')[0] for row in PARAMETERS}
     for name in names:
-        if not _TANK_NAME.fullmatch(name) or name in groups:
+        if not _NAME.fullmatch(name) or name in groups:
             raise InputError(
                 f"tanks has the name '{name}'; a name has letters, digits and underscores, begins "
                 f'with a letter and is none of {", ".join(sorted(groups - {TANK}))}'
             )
-    rows = rows_for(names)
+    rows = rows_for(names, given)
     return rows, resolved_with(rows, given)

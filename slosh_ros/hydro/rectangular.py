@@ -97,7 +97,7 @@ class _Potentials:
         plan = np.cos(self.k_a * (x + self.length / 2.0)) * np.cos(
             self.k_b * (y + self.width / 2.0)
         )
-        return plan * cosh_ratio(np.hypot(self.k_a, self.k_b), z, self.depth)
+        return np.asarray(plan * cosh_ratio(np.hypot(self.k_a, self.k_b), z, self.depth))
 
     def stokes_joukowski(self, points: Array) -> Array:
         x, y, z = points.T
@@ -119,9 +119,8 @@ def _between_walls(u: Array, v: Array, span: float, side: float) -> Array:
 
     At the walls u = -span/2, span/2 its slope dw/du is side - 2 v.
     """
-    m = np.arange(1, 2 * _POTENTIAL_TERMS, 2)
-    q = m * np.pi / side
-    series = 8.0 * side / (m * np.pi) ** 2 * np.cos(np.outer(v, q))
+    q: Array = np.arange(1, 2 * _POTENTIAL_TERMS, 2) * (np.pi / side)
+    series = 8.0 / (side * q**2) * np.cos(np.outer(v, q))
     return np.asarray(np.sum(series * sinh_ratio(q, u[:, np.newaxis], span / 2.0), axis=1))
 
 

@@ -167,7 +167,7 @@ class Fan:
         return rho, t
 
     def _at(self, rho: Array, t: Array, i: int = 0, j: int = 0) -> Array:
-        """Derivative of P by rho, i times, and by t, j times, shape (2, p)."""
+        """Return P differentiated by rho, i times, and by t, j times, shape (2, p)."""
         blend = _splines(_UNIT, len(self.net) - 1)
         return np.asarray(np.einsum('kdi,pi,pk->dp', self.net, self.along(rho, i), blend(t, j)))
 

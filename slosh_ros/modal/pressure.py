@@ -71,7 +71,8 @@ class PressureMatrices:
         c = coefficients
         if c.potentials is None:
             raise InputError(
-                f'the route "{c.route}" knows no pressure; remove the points of pressure'
+                f'the coefficients by the route "{c.route}" tell no pressure; '
+                'remove the pressure points of their tank'
             )
         phi = c.potentials.modes(points)
         # beta'' = -omega^2 beta - 2 zeta omega beta' - (lambda . acceleration)/mu
@@ -83,7 +84,7 @@ class PressureMatrices:
             acceleration=(inertia / c.mu) @ c.coupling - c.density * motion,
         )
 
-    def pressure(self, beta: Array, beta_rate: Array, acceleration: Array) -> Array:
+    def at(self, beta: Array, beta_rate: Array, acceleration: Array) -> Array:
         """
         Pressure at the points less that of the level tank at rest, shape (p,) [Pa].
 

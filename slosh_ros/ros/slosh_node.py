@@ -11,8 +11,8 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import Imu
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+from sensor_msgs.msg import FluidPressure, Imu
+from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
 from std_srvs.srv import Trigger
 
 from slosh_ros.engine import Loads, SloshConfig, SloshEngine, feed_message
@@ -50,6 +50,13 @@ class SloshNode(Node):
         )
         self._message = WrenchStamped()
         self._message.header.frame_id = self.engine.config.output_frame
+        self._pressures = [
+            (
+                self.create_publisher(FluidPressure, f'~/pressure/{point}', 10),
+                FluidPressure(header=Header(frame_id=frame)),
+            )
+            for point, frame in self.engine.config.pressure_points.items()
+        ]
         self._coupling = self.create_publisher(Float64MultiArray, '~/coupling', _LATCHED)
         self._coupling.publish(self._coupling_message())
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -90,6 +97,11 @@ class SloshNode(Node):
             force, torque = self._message.wrench.force, self._message.wrench.torque
             force.x, force.y, force.z, torque.x, torque.y, torque.z = wrench.tolist()
             publisher.publish(self._message)
+        for (publisher, message), pressure in zip(self._pressures, loads.pressure, strict=True):
+            if publisher.get_subscription_count():
+                message.header.stamp = stamp
+                message.fluid_pressure = float(pressure)
+                publisher.publish(message)
 
     def _coupling_message(self) -> Float64MultiArray:
         """Wrench per acceleration of the output frame, row by row."""
