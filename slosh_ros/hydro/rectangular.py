@@ -119,7 +119,7 @@ def _between_walls(u: Array, v: Array, span: float, side: float) -> Array:
 
     At the walls u = -span/2, span/2 its slope dw/du is side - 2 v.
     """
-    q: Array = np.arange(1, 2 * _POTENTIAL_TERMS, 2) * (np.pi / side)
+    q = np.pi / side * np.arange(1, 2 * _POTENTIAL_TERMS, 2, dtype=float)
     series = 8.0 / (side * q**2) * np.cos(np.outer(v, q))
     return np.asarray(np.sum(series * sinh_ratio(q, u[:, np.newaxis], span / 2.0), axis=1))
 

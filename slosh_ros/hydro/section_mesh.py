@@ -36,6 +36,7 @@ _UNIT = np.array([0.0, 1.0])
 # Where a point is looked for in the fan, before Newton's method; dense at the contact line
 _SEEK_RHO, _SEEK_T = np.linspace(0.0, 1.0, 65)[1:] ** 2, np.linspace(0.0, 1.0, 17)
 _SEEK_STEPS = 50  # some 5 do; a point beyond the wall slides along it
+_AT_REST = 1e-13  # step that changes nothing
 _FOUND = 1e-5  # [half widths of the surface] that a point may lie outside, for rounding
 
 
@@ -155,10 +156,10 @@ class Fan:
             y, z = points.T - self._at(rho, t)
             # at rho = 0, the contact line, any t will do
             jacobian = np.maximum(y_rho * z_t - z_rho * y_t, np.finfo(float).tiny)
-            last = rho, t
+            last = np.stack([rho, t])
             rho = np.clip(rho + (z_t * y - y_t * z) / jacobian, 0.0, 1.0)
             t = np.clip(t + (y_rho * z - z_rho * y) / jacobian, 0.0, 1.0)
-            if np.array_equal(last, (rho, t)):
+            if np.abs(last - [rho, t]).max() < _AT_REST:
                 break
         far = np.hypot(*(points.T - self._at(rho, t))) > _FOUND * self.net[0, 0, 0]
         if far.any():
@@ -168,8 +169,9 @@ class Fan:
 
     def _at(self, rho: Array, t: Array, i: int = 0, j: int = 0) -> Array:
         """Return P differentiated by rho, i times, and by t, j times, shape (2, p)."""
-        blend = _splines(_UNIT, len(self.net) - 1)
-        return np.asarray(np.einsum('kdi,pi,pk->dp', self.net, self.along(rho, i), blend(t, j)))
+        rays = np.tensordot(self.net, self.along(rho, i), axes=([2], [1]))
+        blend = _splines(_UNIT, len(self.net) - 1)(t, j)
+        return np.asarray(np.einsum('kdp,pk->dp', rays, blend))
 
 
 def half_section(section: Section, depth: float, resolution: Resolution = DEFAULT) -> HalfSection:

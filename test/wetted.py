@@ -1,0 +1,102 @@
+"""Quadrature over the wetted walls of tanks and over the mean free surface, about O."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slosh_ros.tank import Circle, Rectangle, Tank, UniformTank, UprightCylinder
+
+Array = NDArray[np.float64]
+
+NODES = 40  # in each direction of each face
+X, Y, Z = np.eye(3)
+
+
+class Surface(NamedTuple):
+    """Points (p, 3), normals out of the liquid (p, 3), weights (p,)."""
+
+    points: Array
+    normals: Array
+    weights: Array
+
+    def __add__(self, other: Surface) -> Surface:
+        return Surface(*map(np.concatenate, zip(self, other, strict=True)))
+
+
+def interval(begin: float, end: float, nodes: int = NODES) -> tuple[Array, Array]:
+    """Gauss points and weights."""
+    x, weight = np.polynomial.legendre.leggauss(nodes)
+    return (begin + end) / 2.0 + (end - begin) / 2.0 * x, (end - begin) / 2.0 * weight
+
+
+def _face(points: Array, normals: Array, weights: Array) -> Surface:
+    points = points.reshape(-1, 3)
+    return Surface(
+        points, np.broadcast_to(normals, (*weights.shape, 3)).reshape(-1, 3), weights.ravel()
+    )
+
+
+def _plane(origin: Array, normal: Array, first: tuple, second: tuple) -> Surface:
+    """Rectangle at the origin; first and second are a direction, an interval and its weights."""
+    (e1, (u, u_weight)), (e2, (v, v_weight)) = first, second
+    points = origin + u[:, None, None] * e1 + v[None, :, None] * e2
+    return _face(points, normal, np.outer(u_weight, v_weight))
+
+
+def _uniform(tank: UniformTank, depth: float) -> tuple[Surface, Surface]:
+    half, section = tank.length / 2.0, tank.section
+    x = interval(-half, half)
+    b = section.moments(depth).half_width
+    lid = _plane(np.zeros(3), Z, (X, x), (Y, interval(-b, b)))
+    if isinstance(section, Rectangle):
+        y, z = interval(-b, b), interval(-depth, 0.0)
+        wall = _plane(-depth * Z, -Z, (X, x), (Y, y))
+        for sign in (-1.0, 1.0):
+            wall += _plane(sign * b * Y, sign * Y, (X, x), (Z, z))
+            wall += _plane(sign * half * X, sign * X, (Y, y), (Z, z))
+        return wall, lid
+    assert isinstance(section, Circle)
+    r, axis = section.radius, (section.radius - depth) * Z
+    reach = np.arccos((r - depth) / r)  # from the lowest point to the contact line
+    angle, angle_weight = interval(-reach, reach)
+    outwards = np.sin(angle)[:, None] * Y - np.cos(angle)[:, None] * Z
+    wall = _face(
+        axis + r * outwards[:, None] + x[0][None, :, None] * X,
+        outwards[:, None] * np.ones((NODES, 1)),
+        np.outer(r * angle_weight, x[1]),
+    )
+    # ends in horizontal strips of half width r sin(angle), down to the lowest point
+    angle, angle_weight = interval(0.0, reach)
+    strip, strip_weight = interval(-1.0, 1.0)
+    end = (r * np.sin(angle)[:, None] * strip)[..., None] * Y
+    end = axis - (r * np.cos(angle))[:, None, None] * Z + end
+    weights = np.outer((r * np.sin(angle)) ** 2 * angle_weight, strip_weight)
+    for sign in (-1.0, 1.0):
+        wall += _face(end + sign * half * X, sign * X, weights)
+    return wall, lid
+
+
+def _upright(tank: UprightCylinder, depth: float) -> tuple[Surface, Surface]:
+    r, r_weight = interval(0.0, tank.radius)
+    z, z_weight = interval(-depth, 0.0)
+    angle = 2.0 * np.pi * np.arange(NODES) / NODES
+    outwards = np.cos(angle)[:, None, None] * X + np.sin(angle)[:, None, None] * Y
+    share = np.full(NODES, 2.0 * np.pi / NODES)
+    wall = _face(
+        tank.radius * outwards + z[None, :, None] * Z,
+        outwards,
+        np.outer(tank.radius * share, z_weight),
+    )
+    disc = r[None, :, None] * outwards
+    weights = np.outer(share, r * r_weight)
+    return wall + _face(disc - depth * Z, -Z, weights), _face(disc, Z, weights)
+
+
+def wetted(tank: Tank, depth: float) -> tuple[Surface, Surface]:
+    """Wetted walls, and the mean free surface, of a box, a horizontal or an upright cylinder."""
+    if isinstance(tank, UprightCylinder):
+        return _upright(tank, depth)
+    return _uniform(tank, depth)
