@@ -288,8 +288,8 @@ def test_measured_pressure_in_a_pitching_tank() -> None:
     digitising's, and is left out.
     """
     data = np.genfromtxt(
-        Path(__file__).parent / 'data' / 'akyildiz2006_probe2_pressure.csv',
-        delimiter=',', names=True, skip_header=1,
+        Path(__file__).parent / 'data/slosh_experiments/akyildiz2006_probe2_pressure.csv',
+        delimiter=',', names=True,
     )  # fmt: skip
 
     def harmonic(t: Array, pressure: Array) -> complex:

@@ -119,6 +119,42 @@ def test_bag_of_wrenches_holds_the_same_doubles(tmp_path, config):
     ]  # fmt: skip
 
 
+def test_pressures_follow_the_verdict_and_fill_topics_of_their_own(tmp_path, config):
+    """Columns by name, and the same doubles as FluidPressure, with the sample's stamp."""
+    points = {'left': [0.5, 0.983, -0.688], 'front': [2.875, 0.0, -0.4]}
+    lines = ''.join(f'      {name}: {point}\n' for name, point in points.items())
+    config.write_text(config.read_text() + f'    pressure:\n{lines}')
+    times = stamps(1.0, 0.01)
+    bag = write_bag(tmp_path / 'drive', times, brake)
+    for name in ('loads.csv', 'loads.mcap'):
+        result = slosh('replay', bag, '--config', config, '--out', tmp_path / name)
+        assert result.returncode == 0, result.stderr
+        assert 'pressure front' in result.stdout
+    with (tmp_path / 'loads.csv').open() as file:
+        rows = list(csv.DictReader(file))
+    assert ','.join(rows[0]) == HEAD + ',p_front,p_left'
+    engine = SloshEngine(SloshConfig.from_file(config))
+    offline = [loads.pressure.tolist() for loads in feed(engine, times, brake)]
+    assert [[float(row['p_front']), float(row['p_left'])] for row in rows] == offline
+    assert offline[0] == [0.0, 0.0]
+    assert offline[-1][0] > 100.0  # the brakes push the liquid forward
+    with AnyReader(
+        [tmp_path / 'loads.mcap'], default_typestore=get_typestore(Stores.ROS2_JAZZY)
+    ) as reader:
+        for place, name in enumerate(('front', 'left')):
+            (connection,) = (
+                c for c in reader.connections if c.topic == f'/slosh_node/pressure/{name}'
+            )
+            assert connection.msgtype == 'sensor_msgs/msg/FluidPressure'
+            messages = [
+                (received, reader.deserialize(raw, connection.msgtype))
+                for _, received, raw in reader.messages([connection])
+            ]
+            assert [received for received, _ in messages] == times
+            assert [m.fluid_pressure for _, m in messages] == [row[place] for row in offline]
+            assert {(m.header.frame_id, m.variance) for _, m in messages} == {('tank_link', 0.0)}
+
+
 def test_a_part_of_a_bag_is_replayed(tmp_path, config):
     bag = write_bag(tmp_path / 'drive', stamps(3.0, 0.01), brake)
     out = tmp_path / 'loads.csv'

@@ -14,7 +14,8 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-from ros_rig import Driver, NodeProcess, imu, stamp_of, wrench_of
+from ros_rig import QOS, Driver, NodeProcess, imu, stamp_of, wrench_of
+from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -218,6 +219,68 @@ def test_coupling_is_latched_and_positive(node, driver):
     assert 'base_link' in received[0].layout.dim[0].label
 
 
+POINTS = ('-p', 'pressure.front:=[4.0, 0.0, -0.7]', '-p', 'pressure.left:=[1.0, 1.0, -0.3]')
+
+
+def test_pressure_of_each_sample_equals_offline_bit_for_bit(tmp_path, config, driver):
+    """In tank_link, with the sample's stamp; the numbers of p_<point> of a replay."""
+    from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
+    from slosh_ros.parameters import read_parameter_file
+
+    given = read_parameter_file(config, 'slosh_node')
+    points = {'pressure.front': [4.0, 0.0, -0.7], 'pressure.left': [1.0, 1.0, -0.3]}
+    offline = SloshEngine(SloshConfig.from_parameters(given | points))
+    received: dict[str, list[FluidPressure]] = {}
+    for name in ('front', 'left'):
+        topic, messages = f'slosh_node/pressure/{name}', received.setdefault(name, [])
+        driver.node.create_subscription(FluidPressure, topic, messages.append, QOS)
+    with NodeProcess(
+        'slosh_node', tmp_path / 'node.log', '--params-file', str(config), *POINTS
+    ) as node:
+        node.wait_for('ready')
+        driver.wait_for_node()
+        warm_up = 0  # until the node knows of all who listen
+        while not all(received.values()):
+            driver.exchange(imu(START - SECOND + warm_up))
+            driver.spin_for(0.05)
+            warm_up += STEP
+            assert warm_up < SECOND
+        call(driver, Trigger, 'slosh_node/reset', Trigger.Request())
+        for messages in received.values():
+            messages.clear()
+        expected = []
+        for k in range(200):
+            force, rate = (-0.01 * k, 0.3, 9.7 + 0.001 * k), (0.0, 0.001 * k, 0.02)
+            driver.exchange(imu(START + k * STEP, force, rate))
+            _, loads = offline.feed(
+                MotionSample.from_imu(START + k * STEP, list(force), list(rate))
+            )
+            expected.append(loads.pressure.tolist())
+        driver.spin_until(lambda: all(len(messages) == 200 for messages in received.values()))
+    for place, messages in enumerate(received.values()):
+        assert [m.fluid_pressure for m in messages] == [row[place] for row in expected]
+        assert [stamp_of(m) for m in messages] == [START + k * STEP for k in range(200)]
+        assert {(m.header.frame_id, m.variance) for m in messages} == {('tank_link', 0.0)}
+
+
+def test_a_point_of_pressure_is_a_parameter_like_any_other(tmp_path, config, driver):
+    with NodeProcess(
+        'slosh_node', tmp_path / 'node.log', '--params-file', str(config), *POINTS
+    ) as node:
+        node.wait_for('ready')
+        name = 'pressure.front'
+        described = call(
+            driver, DescribeParameters, 'slosh_node/describe_parameters',
+            DescribeParameters.Request(names=[name]),
+        ).descriptors[0]  # fmt: skip
+        assert '[m]' in described.description
+        assert described.read_only
+        value = call(
+            driver, GetParameters, 'slosh_node/get_parameters', GetParameters.Request(names=[name])
+        ).values[0]
+        assert list(value.double_array_value) == [4.0, 0.0, -0.7]
+
+
 def test_waiting_for_data_is_said_with_the_resolved_topic(tmp_path, config, driver):
     with NodeProcess(
         'slosh_node', tmp_path / 'node.log',
@@ -256,6 +319,7 @@ def test_twist_drives_the_liquid_too(tmp_path, config, kind, stamped):
         (['-p', 'tank.lenght:=8.0'], 'tank.lenght is not a parameter; did you mean tank.length?'),
         (['-p', 'tank.width:=-2.0'], 'tank.width is -2 [m]; it must be from'),
         (['-p', 'tank.fill_ratio:=0.5'], 'tank.fill_ratio and tank.fill_depth are both given'),
+        (['-p', 'pressure.front:=[4.5, 0.0, -0.7]'], 'pressure.front is (4.5, 0, -0.7) m'),
         (['--params-file', '/no/such/file.yaml'], '/no/such/file.yaml'),
         (['--no-such-flag'], '--no-such-flag'),
     ],

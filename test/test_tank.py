@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from slosh_ros.tank import Circle, Rectangle, Section, UniformTank, cylinder_x, rectangular
+from slosh_ros.tank import (
+    Circle,
+    Rectangle,
+    Section,
+    Tank,
+    UniformTank,
+    cylinder_x,
+    cylinder_z,
+    rectangular,
+)
 
 Array = NDArray[np.float64]
 
@@ -149,3 +158,29 @@ def test_wall_of_a_rectangle_turns_at_its_corner() -> None:
     s = np.array([0.0, corner / 2.0, corner, (1.0 + corner) / 2.0, 1.0])
     expected = np.array([[1.5, 1.5, 1.5, 0.75, 0.0], [0.0, -0.25, -0.5, -0.5, -0.5]])
     assert section.wall(depth, s) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ('tank', 'inside'),
+    [
+        (cylinder_x(1.0, 3.0), lambda x, y, z: (abs(x) <= 1.5) & (y**2 + z**2 <= 1.0)),
+        (rectangular(3.0, 2.0, 2.0), lambda x, y, z: (abs(x) <= 1.5) & (abs(y) <= 1) & (z >= -1)),
+        (cylinder_z(1.0, 2.0), lambda x, y, z: (x**2 + y**2 <= 1.0) & (z >= -1.0)),
+    ],
+    ids=['cylinder_x', 'rectangular', 'cylinder_z'],
+)  # fmt: skip
+@pytest.mark.parametrize('depth', [0.3, 1.0, 1.7])
+def test_nearest_point_of_the_liquid(tank: Tank, inside: object, depth: float) -> None:
+    """The point itself if it is wet; else no point of a fine grid of the liquid is closer."""
+    axes = np.linspace(-1.5, 1.5, 61), np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41)
+    grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    liquid = grid[inside(*grid.T) & (grid[:, 2] <= depth - 1.0)]
+    for point in np.random.default_rng(1).uniform(-2.0, 2.0, (40, 3)):
+        nearest = tank.nearest(depth, point)
+        if inside(*point) and point[2] <= depth - 1.0:
+            assert np.array_equal(nearest, point)
+            continue
+        assert inside(*(nearest * (1.0 - 1e-6)))
+        assert nearest[2] <= depth - 1.0 + 1e-9
+        closest = np.linalg.norm(liquid - point, axis=1).min()
+        assert closest - 0.1 < np.linalg.norm(nearest - point) < closest + 1e-6
