@@ -10,6 +10,9 @@ The modes that are not kept follow the acceleration without delay: beta'' = 0. N
 added for them, unlike in the moments. In a tank at rest every beta'' is zero, and the rest,
 -rho (s_x x + s_y y), is the whole pressure under the tilted surface at every depth, however few
 modes there are.
+
+Linear theory keeps the wall wet up to the mean free surface: where a trough lays it bare, the
+pressure goes on below that of the gas.
 """
 
 from __future__ import annotations
