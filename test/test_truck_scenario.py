@@ -59,9 +59,6 @@ def test_both_trucks_have_a_simulator() -> None:
     assert isinstance(general.plan, Drive)
     assert isinstance(paper.simulator(), TruckSimulator)
     assert isinstance(general.simulator(), GeneralSimulator)
-    assert paper.journey is paper.plan
-    with pytest.raises(InputError, match='vehicle is general'):
-        _ = general.journey
     assert not paper.exact_inertia
     assert general.exact_inertia
 

@@ -14,6 +14,7 @@ from slosh_ros.engine.config import SloshConfig, TankConfig
 from slosh_ros.engine.gate import SampleGate, Verdict
 from slosh_ros.engine.kinematics import AccelerationFilter, Lever, Pose, centripetal
 from slosh_ros.engine.sample import MotionSample
+from slosh_ros.modal.carried import CarriedLiquid
 from slosh_ros.modal.integrator import ModalIntegrator
 from slosh_ros.modal.loads import LoadMatrices, wrench_transform
 from slosh_ros.modal.pressure import PressureMatrices
@@ -95,9 +96,15 @@ class SloshEngine:
         self._mean_over = 0.0  # [s]
 
     @property
-    def coupling(self) -> Array:
-        """Wrench per acceleration (s, alpha) of the output frame, shape (6, 6)."""
-        return np.asarray(np.sum([tank.coupling for tank in self.tanks], axis=0))
+    def carried(self) -> CarriedLiquid:
+        """All liquid, as a simulator of the vehicle has to know it, in the output frame."""
+        first, *others = (tank.carried for tank in self.tanks)
+        return sum(others, start=first)
+
+    @property
+    def surface_centre(self) -> Array:
+        """O, the centre of the mean free surface of the first tank, in the output frame [m]."""
+        return self.tanks[0].surface_centre
 
     @property
     def rigid(self) -> Array:
@@ -200,7 +207,8 @@ class TankModel:
         transform = wrench_transform(out.rotation, out.origin)
         self.damping_ratio = config.damping_ratio(c)
         self._loads = LoadMatrices.of(c, self.damping_ratio).moved(transform)
-        self.coupling = self._loads.coupling @ transform.T
+        self.carried = CarriedLiquid.of(c).moved(transform)
+        self.surface_centre = out.origin
         self.rigid = self._loads.rigid @ transform.T
         tilted = -self._force_gain / c.omega[:, None] ** 2  # beta per specific force, at rest
         self.settled = (

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
+from geometry_msgs.msg import InertiaStamped, PointStamped, Twist, TwistStamped, WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -15,7 +16,7 @@ from sensor_msgs.msg import FluidPressure, Imu
 from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
 from std_srvs.srv import Trigger
 
-from slosh_ros.engine import Loads, SloshConfig, SloshEngine, feed_message
+from slosh_ros.engine import SloshConfig, SloshEngine, feed_message
 from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, input_type
 from slosh_ros.engine.parameters import resolved
 from slosh_ros.ros.diagnostics import Watch
@@ -42,7 +43,6 @@ class SloshNode(Node):
         self.engine = SloshEngine(SloshConfig.from_parameters(values.by_name))
         declare_all(self, rows, values)
 
-        self._last: Loads | None = None
         self._said = ''
         self._wrench, self._total, self._state = (
             self.create_publisher(WrenchStamped, f'~/{name}', 10)
@@ -57,8 +57,7 @@ class SloshNode(Node):
             )
             for point, frame in self.engine.config.pressure_points.items()
         ]
-        self._coupling = self.create_publisher(Float64MultiArray, '~/coupling', _LATCHED)
-        self._coupling.publish(self._coupling_message())
+        self._tell_simulators()
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_service(Trigger, '~/reset', self._on_reset)
         # a steady clock: reports go on while simulated time stands still
@@ -86,7 +85,7 @@ class SloshNode(Node):
         _, loads = feed_message(self.engine, message, self.get_clock().now().nanoseconds)
         if loads is None:
             return
-        self._last = loads
+        self._watch.take(loads)
         stamp = self._message.header.stamp
         stamp.sec, stamp.nanosec = divmod(loads.stamp, 1_000_000_000)
         for publisher, wrench in (
@@ -103,17 +102,35 @@ class SloshNode(Node):
                 message.fluid_pressure = float(pressure)
                 publisher.publish(message)
 
-    def _coupling_message(self) -> Float64MultiArray:
-        """Wrench per acceleration of the output frame, row by row."""
-        message = Float64MultiArray(data=self.engine.coupling.ravel().tolist())
-        frame = self.engine.config.output_frame
-        message.layout.dim = [
-            MultiArrayDimension(label=f'wrench in {frame}: fx fy fz mx my mz', size=6, stride=36),
-            MultiArrayDimension(
-                label=f'acceleration of {frame}: sx sy sz ax ay az', size=6, stride=6
-            ),
-        ]
-        return message
+    def _tell_simulators(self) -> None:
+        """Latch what a simulator of the vehicle has to know of the liquid it carries."""
+        carried, frame = self.engine.carried, self.engine.config.output_frame
+        wrench = f'wrench in {frame}: fx fy fz mx my mz'
+        acceleration = f'acceleration of {frame}: sx sy sz ax ay az'
+        exact = wrench.replace(':', ', the liquid turning with its Stokes-Joukowski inertia:')
+        for topic, matrix, row, column in (
+            ('coupling', carried.coupling, wrench, acceleration),
+            ('coupling_exact', carried.coupling_exact, exact, acceleration),
+            ('softening', carried.softening, wrench, f'displacement of {frame}: x y z rx ry rz'),
+        ):
+            message = Float64MultiArray(data=matrix.ravel().tolist())
+            message.layout.dim = [
+                MultiArrayDimension(label=row, size=6, stride=36),
+                MultiArrayDimension(label=column, size=6, stride=6),
+            ]
+            self.create_publisher(Float64MultiArray, f'~/{topic}', _LATCHED).publish(message)
+        liquid = InertiaStamped()
+        liquid.header.frame_id = frame
+        told, inertia = liquid.inertia, carried.inertia_at_centroid
+        told.m = carried.mass
+        told.com.x, told.com.y, told.com.z = carried.centroid.tolist()
+        told.ixx, told.iyy, told.izz = np.diag(inertia).tolist()
+        told.ixy, told.ixz, told.iyz = (float(inertia[k]) for k in ((0, 1), (0, 2), (1, 2)))
+        self.create_publisher(InertiaStamped, '~/liquid', _LATCHED).publish(liquid)
+        centre = PointStamped()
+        centre.header.frame_id = frame
+        centre.point.x, centre.point.y, centre.point.z = self.engine.surface_centre.tolist()
+        self.create_publisher(PointStamped, '~/surface_centre', _LATCHED).publish(centre)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self.engine.reset()
@@ -122,7 +139,7 @@ class SloshNode(Node):
         return response
 
     def _report(self) -> None:
-        status = self._watch.look(self._last)
+        status = self._watch.look()
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)

@@ -1,6 +1,8 @@
 """
 `vehicle_node`: a tractor-semitrailer that drives, is measured, and feels its liquid.
 
+The truck is that of the paper or the general one; the node knows both as a `SteppedTruck`.
+
 Lock-step on simulated time: every step publishes /clock, the Imu and the twist, and waits for the
 answer of slosh_node to that very sample. Nothing depends on the wall clock: every run is the same.
 Free-running in wall time (`pace: wall`), a step takes what has arrived by then. If slosh_node
@@ -17,11 +19,19 @@ from __future__ import annotations
 import math
 import sys
 import time
-from typing import IO
+from functools import partial
+from typing import IO, Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
+from geometry_msgs.msg import (
+    Inertia,
+    InertiaStamped,
+    PointStamped,
+    TwistStamped,
+    Vector3,
+    WrenchStamped,
+)
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
@@ -38,8 +48,10 @@ from slosh_ros.errors import InputError
 from slosh_ros.parameters import resolved
 from slosh_ros.ros.parameters import declare_all, given_parameters
 from slosh_ros.ros.runtime import run
-from slosh_ros.vehicle import BASE_MOTION, TruckSimulator
+from slosh_ros.ros.stability import StabilityTopics
+from slosh_ros.vehicle import RigidCargo
 from slosh_ros.vehicle.exchange import Link, WrenchExchange
+from slosh_ros.vehicle.history import columns_of
 from slosh_ros.vehicle.scenario import PARAMETERS, Scenario
 
 Array = NDArray[np.float64]
@@ -51,22 +63,21 @@ _RELIABLE = QoSProfile(depth=10)
 _POLL = 0.02  # [s] of wall time
 _REPORT_PERIOD = 1.0  # [s]
 _MIN_PATIENCE = 0.005  # [s] for a slosh_node that has not answered for long
-LOG_COLUMNS = (
-    'stamp_ns,t,u,ax,z_t,theta_t,z_s,theta_s,fx,my,'
-    'fz_1,fz_2,fz_3,fz_4,imu_ax,imu_ay,imu_az,imu_wx,imu_wy,imu_wz'
-)
+_IMU = tuple(f'imu_{kind}{axis}' for kind in 'aw' for axis in 'xyz')  # columns of the log
 
 
 class VehicleNode(Node):
-    """A thin shell around :class:`slosh_ros.vehicle.TruckSimulator`."""
+    """A thin shell around a :class:`slosh_ros.vehicle.SteppedTruck`."""
 
     def __init__(self) -> None:
         super().__init__('vehicle_node', automatically_declare_parameters_from_overrides=True)
         values = resolved(PARAMETERS, given_parameters(self))
         declare_all(self, PARAMETERS, values)
         self._scenario = Scenario.from_parameters(values.by_name)
-        self._truck = TruckSimulator(self._scenario.journey)
+        self._truck = self._scenario.simulator()
+        self._told: dict[str, Any] = {}  # what slosh_node has latched, by topic
         self._coupling: Array | None = None
+        self._surface_centre: Array = np.zeros(3)
         self._exchange = WrenchExchange()
         self._present = self._exchange.at(0)
         self._share = 1.0  # of the coupling that the truck holds
@@ -76,6 +87,7 @@ class VehicleNode(Node):
         self._deadline = math.inf  # [s] on the steady clock, for the answer to the last sample
         self._link = self._present.link
         self._log = self._open_log()
+        self._stability = StabilityTopics(self, self._truck)
 
         self._clock_publisher = self.create_publisher(ClockMessage, '/clock', _RELIABLE)
         self._imu_publisher = self.create_publisher(Imu, 'imu/data', _RELIABLE)
@@ -85,17 +97,28 @@ class VehicleNode(Node):
         self._imu.orientation_covariance[0] = -1.0  # no orientation is measured
         self._twist = TwistStamped()
         self._twist.header.frame_id = FRAME
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_timer(_REPORT_PERIOD, self._report, clock=steady)
         if self._scenario.solid:
-            self._starter = self.create_timer(0.0, self._step)
+            self._truck.check_coupling(np.zeros((6, 6)), np.zeros((6, 6)))
+            self._starter = self.create_timer(0.0, self._step, clock=steady)
             self.get_logger().info('ready: driving with a solid cargo')
             return
         self.create_subscription(
             WrenchStamped, 'slosh_node/wrench_state', self._on_wrench, _RELIABLE
         )
-        coupling = self.create_subscription(
-            Float64MultiArray, 'slosh_node/coupling', self._on_coupling, _LATCHED
-        )
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._coupling_topic = 'coupling_exact' if self._scenario.exact_inertia else 'coupling'
+        self._latched = {
+            self._coupling_topic: Float64MultiArray,
+            'softening': Float64MultiArray,
+            'liquid': InertiaStamped,
+            'surface_centre': PointStamped,
+        }
+        for topic, kind in self._latched.items():
+            self.create_subscription(
+                kind, f'slosh_node/{topic}', partial(self._on_told, topic), _LATCHED
+            )
         self._starter = self.create_timer(_POLL, self._start, clock=steady)
         self._pacer = self.create_timer(
             self._scenario.step_ns * 1e-9 if self._scenario.free_running else _MIN_PATIENCE,
@@ -103,9 +126,10 @@ class VehicleNode(Node):
             clock=steady,
         )
         self._reset = self.create_client(Trigger, 'slosh_node/reset')
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        self.create_timer(_REPORT_PERIOD, self._report, clock=steady)
-        self.get_logger().info(f'ready: waiting for {coupling.topic_name}')
+        self.get_logger().info(
+            f'ready: waiting for {self.resolve_topic_name("slosh_node")} and its '
+            f'~/{self._coupling_topic}'
+        )
 
     def destroy_node(self) -> None:
         """Close the log as well."""
@@ -113,15 +137,30 @@ class VehicleNode(Node):
             self._log.close()
         super().destroy_node()
 
-    def _on_coupling(self, message: Float64MultiArray) -> None:
-        label = message.layout.dim[0].label
-        if FRAME not in label:
+    def _on_told(self, topic: str, message: Any) -> None:
+        """Take what slosh_node has latched; with the last of it, judge it."""
+        labelled = isinstance(message, Float64MultiArray)
+        frame = message.layout.dim[0].label if labelled else message.header.frame_id
+        if FRAME not in frame:
             raise InputError(
-                f'the coupling of slosh_node is labelled "{label}"; '
-                f'set its frames.output to {FRAME}'
+                f'slosh_node labels its ~/{topic} "{frame}"; set its frames.output to {FRAME}'
             )
-        self._coupling = np.reshape(message.data, (6, 6))
-        self._truck.set_coupling(self._share * self._coupling)
+        self._told[topic] = message
+        if self._told.keys() == self._latched.keys():
+            self._take_liquid()
+
+    def _take_liquid(self) -> None:
+        """Refuse a liquid with which the truck cannot be stable, or which is not its own."""
+        coupling, softening = (
+            np.reshape(self._told[topic].data, (6, 6))
+            for topic in (self._coupling_topic, 'softening')
+        )
+        self._truck.check_coupling(coupling, softening)
+        self._scenario.check_liquid(_frozen(self._told['liquid'].inertia))
+        self._truck.set_coupling(self._share * coupling)
+        self._coupling = coupling
+        centre = self._told['surface_centre'].point
+        self._surface_centre = np.array([centre.x, centre.y, centre.z])
 
     def _start(self) -> None:
         """Drive as soon as slosh_node is connected both ways."""
@@ -135,7 +174,8 @@ class VehicleNode(Node):
     def _drive(self) -> None:
         assert self._coupling is not None
         self.get_logger().info(
-            f'slosh_node is there: {self._coupling[0, 0]:.0f} kg slosh fore-aft; driving'
+            f'slosh_node is there: {self._coupling[0, 0]:.0f} kg slosh fore-aft, '
+            f'{self._coupling[1, 1]:.0f} kg sideways; driving'
         )
         self._driving = True
         self._publish()
@@ -165,7 +205,8 @@ class VehicleNode(Node):
         self._look()
         self._write_log()
         if self._truck.time_ns >= self._scenario.steps * self._scenario.step_ns:
-            self.get_logger().info('the manoeuvre is over')
+            self._report()
+            self.get_logger().info(f'the manoeuvre is over: {self._stability.summary()}')
             raise ExternalShutdownException
         self._truck.advance(self._scenario.step_ns, self._present.wrench, self._present.rate)
         self._look()
@@ -197,11 +238,19 @@ class VehicleNode(Node):
         self._clock_publisher.publish(ClockMessage(clock=self._imu.header.stamp))
         self._twist_publisher.publish(self._twist)
         self._imu_publisher.publish(self._imu)
+        self._stability.publish(self._imu.header.stamp)
         self._deadline = time.monotonic() + self._patience
 
     def _report(self) -> None:
+        message = DiagnosticArray(status=[self._stability.status()])
+        if not self._scenario.solid:
+            message.status.append(self._exchange_status())
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
+
+    def _exchange_status(self) -> DiagnosticStatus:
         live = self._link is Link.LIVE
-        status = DiagnosticStatus(
+        return DiagnosticStatus(
             level=DiagnosticStatus.OK if live else DiagnosticStatus.WARN,
             name=f'{self.get_name()}: exchange with slosh_node',
             message=self._link.value if self._driving else 'waiting for slosh_node',
@@ -211,9 +260,6 @@ class VehicleNode(Node):
                 KeyValue(key='simulated time [s]', value=f'{self._truck.time_ns * 1e-9:.2f}'),
             ],
         )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
 
     def _open_log(self) -> IO[str] | None:
         path = self._scenario.log_file
@@ -223,28 +269,46 @@ class VehicleNode(Node):
             file = path.open('w', encoding='ascii')
         except OSError as error:
             raise InputError(f'log_file {path} cannot be written: {error.strerror}') from error
-        file.write(LOG_COLUMNS + '\n')
+        file.write(','.join(('stamp_ns', *self._instant(), *_IMU)) + '\n')
         return file
 
     def _write_log(self) -> None:
         if self._log is None:
             return
-        truck = self._truck
-        measured = truck.imu(self._present.wrench)
-        alpha = BASE_MOTION @ truck.acceleration(self._present.wrench)
-        acceleration = np.array([*measured.specific_force, *alpha[3:]])
-        slosh = self._present.wrench
+        measured = self._truck.imu(self._present.wrench)
+        row = [float(value) for value in self._instant().values()]
+        row += [*measured.specific_force.tolist(), *measured.angular_rate.tolist()]
+        self._log.write(f'{CLOCK_START + self._truck.time_ns},{",".join(map(repr, row))}\n')
+
+    def _instant(self) -> dict[str, Array]:
+        """Name what `slosh simulate` would write of the present, but for the liquid's surface."""
+        truck, slosh = self._truck, self._present.wrench
+        acceleration = truck.acceleration(slosh)
+        forward = truck.forward_acceleration(slosh)
         if self._coupling is not None:
-            slosh = slosh + self._share * self._coupling @ acceleration
+            felt = np.concatenate([truck.imu(slosh).specific_force, acceleration[3:]])
+            slosh = slosh + self._share * self._coupling @ felt
         # moment about O, the centre of the mean free surface, as in the paper
-        moment = slosh[3:] - np.cross(truck.truck.parameters.liquid_origin, slosh[:3])
-        now = truck.time_ns * 1e-9
-        row = [
-            now, truck.speed, truck.journey.manoeuvre.motion(now)[2], *truck.q.tolist(),
-            float(slosh[0]), float(moment[1]), *truck.axle_loads().tolist(),
-            *measured.specific_force.tolist(), *measured.angular_rate.tolist(),
-        ]  # fmt: skip
-        self._log.write(f'{CLOCK_START + truck.time_ns},' + ','.join(map(repr, row)) + '\n')
+        moment = slosh[3:] - np.cross(self._surface_centre, slosh[:3])
+        return columns_of(
+            np.array(truck.time_ns * 1e-9),
+            np.array(truck.speed),
+            np.array([forward, acceleration[1]]),
+            truck.angular_rate[2],
+            truck.q,
+            np.concatenate([slosh[:3], moment]),
+            truck.wheel_loads(),
+        )
+
+
+def _frozen(told: Inertia) -> RigidCargo:
+    """Read the frozen liquid of slosh_node."""
+    inertia = (
+        (told.ixx, told.ixy, told.ixz),
+        (told.ixy, told.iyy, told.iyz),
+        (told.ixz, told.iyz, told.izz),
+    )
+    return RigidCargo(told.m, (told.com.x, told.com.y, told.com.z), inertia)
 
 
 def _fill(vector: Vector3, values: Array) -> None:

@@ -4,8 +4,8 @@ Trucks that carry liquid: parameters, roads, manoeuvres, simulation.
 Two trucks. That of the paper's section 5 heaves and pitches, driving straight: a `Truck` on a
 `Journey`, stepped by `TruckSimulator` or solved with its liquid by `simulate`, exactly. The other
 moves in space and is steered: a `GeneralTruck` on a `Drive`, stepped by `GeneralSimulator` or
-solved with its liquid by `simulate_general`. A simulator takes the sloshing wrench from outside,
-step by step; a solution has truck and liquid as one system.
+solved with its liquid by `simulate_general`. A simulator, a `SteppedTruck`, takes the sloshing
+wrench from outside, step by step; a solution has truck and liquid as one system.
 """
 
 from slosh_ros.vehicle.cargo import RigidCargo, SloshingCargo, TankLiquid
@@ -19,10 +19,11 @@ from slosh_ros.vehicle.journey import Contact, Journey
 from slosh_ros.vehicle.liquid import CALIBRATED_DAMPING_RATIO, TABLE_4, LiquidModes
 from slosh_ros.vehicle.manoeuvre import Manoeuvre
 from slosh_ros.vehicle.road import Bump, Profile, Road, random_road
-from slosh_ros.vehicle.simulator import Inertial, Pose, TruckSimulator, Twist
+from slosh_ros.vehicle.simulator import Pose, TruckSimulator
 from slosh_ros.vehicle.stability import (
     LoadTransfer,
     StabilityFigures,
+    StabilityWatch,
     SteadyTurn,
     Thresholds,
     Warn,
@@ -31,6 +32,7 @@ from slosh_ros.vehicle.stability import (
     steady_turn,
 )
 from slosh_ros.vehicle.steering import SineSteering, SteeringKnots
+from slosh_ros.vehicle.stepped import Inertial, SteppedTruck, Twist
 from slosh_ros.vehicle.truck import BASE_MOTION, Truck, TruckParameters
 
 __all__ = [
@@ -59,8 +61,10 @@ __all__ = [
     'SloshingCargo',
     'SpatialPose',
     'StabilityFigures',
+    'StabilityWatch',
     'SteadyTurn',
     'SteeringKnots',
+    'SteppedTruck',
     'TankLiquid',
     'Thresholds',
     'Truck',

@@ -231,8 +231,8 @@ class SloshingCargo:
 
         `sum g lambda^2 / (mu omega^2)`, that is `rho I_xx` and `rho I_yy` if all modes are kept.
         """
-        m = self.modes
-        return np.asarray((GRAVITY / (m.mu * m.omega**2)) @ m.coupling[:, :2] ** 2)
+        softening = np.diag(self.modes.softening)
+        return softening[[4, 3]] / GRAVITY
 
     def elevation_max(self, beta: Array) -> Array:
         """

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.vehicle.cargo import SloshingCargo
 from slosh_ros.vehicle.closed_loop import ClosedLoopResult
-from slosh_ros.vehicle.stability import WHEELS, LoadTransfer, StabilityFigures, Warn, warnings_of
+from slosh_ros.vehicle.stability import (
+    WHEELS,
+    LoadTransfer,
+    StabilityFigures,
+    Warn,
+    load_transfer_ratio,
+    warnings_of,
+)
 
 Array = NDArray[np.float64]
 
@@ -157,19 +166,59 @@ class History:
     @property
     def columns(self) -> dict[str, Array]:
         """Columns (N,) of `slosh simulate`, by name, SI."""
-        wrench = ('fx', 'fy', 'fz', 'mx', 'my', 'mz')
-        body = ('z_t', 'theta_t', 'phi_t', 'z_s', 'theta_s', 'phi_s')
-        loads = self.wheel_loads.reshape(len(self.time), -1)
-        return {
-            't': self.time,
-            'u': self.speed,
-            'ax': self.acceleration[:, 0],
-            'ay': self.acceleration[:, 1],
-            'r': self.yaw_rate,
-            **dict(zip(body, self.q.T, strict=True)),
-            **dict(zip(wrench, self.slosh.T, strict=True)),
-            'elevation_max': self.elevation_max,
-            'ltr': self.transfer.vehicle,
-            **{f'beta_{name}': b for name, b in zip(self.names, self.beta.T, strict=True)},
-            **{f'fz_{wheel}': f for wheel, f in zip(WHEELS, loads.T, strict=True)},
-        }
+        return columns_of(
+            self.time,
+            self.speed,
+            self.acceleration,
+            self.yaw_rate,
+            self.q,
+            self.slosh,
+            self.wheel_loads,
+            {'elevation_max': self.elevation_max},
+            {f'beta_{name}': b for name, b in zip(self.names, self.beta.T, strict=True)},
+        )
+
+
+def columns_of(
+    time: Array,
+    speed: Array,
+    acceleration: Array,
+    yaw_rate: Array,
+    q: Array,
+    slosh: Array,
+    wheel_loads: Array,
+    waves: Mapping[str, Array] = MappingProxyType({}),
+    modes: Mapping[str, Array] = MappingProxyType({}),
+) -> dict[str, Array]:
+    """
+    Name the columns of a history, or the fields of one instant, as in the contract.
+
+    Parameters
+    ----------
+    time, speed, yaw_rate : array, shape (...)
+        [s, m/s, rad/s].
+    acceleration, q, slosh, wheel_loads : array, shape (..., 2), (..., 6), (..., 6), (..., 4, 2)
+        As in `History`.
+    waves, modes : mapping of str to array, shape (...), optional
+        What is known of the liquid's surface, by name; left out if nothing is.
+
+    Returns
+    -------
+    dict of str to array, shape (...)
+    """
+    wrench = ('fx', 'fy', 'fz', 'mx', 'my', 'mz')
+    body = ('z_t', 'theta_t', 'phi_t', 'z_s', 'theta_s', 'phi_s')
+    loads = wheel_loads.reshape(*wheel_loads.shape[:-2], -1)
+    return {
+        't': time,
+        'u': speed,
+        'ax': acceleration[..., 0],
+        'ay': acceleration[..., 1],
+        'r': yaw_rate,
+        **dict(zip(body, q.T, strict=True)),
+        **dict(zip(wrench, slosh.T, strict=True)),
+        **waves,
+        'ltr': load_transfer_ratio(wheel_loads),
+        **modes,
+        **{f'fz_{wheel}': load for wheel, load in zip(WHEELS, loads.T, strict=True)},
+    }

@@ -82,13 +82,15 @@ class LiquidModes:
         return wrench
 
     @property
-    def pitch_softening(self) -> float:
+    def softening(self) -> Array:
         """
-        Pitch stiffness the free surface takes from the vehicle [N m/rad].
+        Stiffness (6, 6) the free surface takes from the vehicle: the liquid runs to the low end.
 
-        `sum g**2 lambda_1**2 / (mu omega**2)`: the liquid runs to the low end.
+        Static moment per small rotation, `sum tilt tilt^T / (mu omega^2)`; about the y axis
+        `sum g^2 lambda_1^2 / (mu omega^2)` [N m/rad].
         """
-        return float(np.sum((GRAVITY * self.coupling[:, 0] / self.omega) ** 2 / self.mu))
+        tilt = self.tilt
+        return np.asarray((tilt.T / (self.mu * self.omega**2)) @ tilt)
 
 
 TABLE_4 = LiquidModes(

@@ -23,6 +23,7 @@ from slosh_ros.vehicle.manoeuvre import Manoeuvre
 from slosh_ros.vehicle.road import ROUGHNESS, Bump, Profile, Road, Track, random_road
 from slosh_ros.vehicle.simulator import TruckSimulator
 from slosh_ros.vehicle.steering import SineSteering, Steering, SteeringKnots
+from slosh_ros.vehicle.stepped import SteppedTruck
 from slosh_ros.vehicle.truck import Truck, TruckParameters
 
 Array = NDArray[np.float64]
@@ -33,6 +34,8 @@ _TRUCKS = {
     'paper_as_printed': TruckParameters.paper_as_printed,
 }
 _CHASSIS = 'chassis.'  # before the names of GeneralParameters
+# tanks and truck carry the same liquid if masses and inertias [-] and centroids [m] agree so far
+_SAME, _SAME_PLACE = 0.01, 0.05
 
 _COMMON = (
     Parameter(
@@ -274,16 +277,6 @@ class Scenario:
         )
 
     @property
-    def journey(self) -> Journey:
-        """The plan of the paper's truck."""
-        if isinstance(self.plan, Drive):
-            raise InputError(
-                'vehicle is general: the exchange with slosh_node carries the truck of the paper '
-                'only so far; run it with slosh simulate'
-            )
-        return self.plan
-
-    @property
     def liquid_origin(self) -> Array:
         """Position of O in `base_link` (3,) with the paper's tank, half full [m]."""
         if isinstance(self.plan, Journey):
@@ -306,7 +299,44 @@ class Scenario:
             return SloshingCargo.of(TankLiquid.paper(self.liquid_origin))
         return SloshingCargo.of(*tanks)
 
-    def simulator(self) -> TruckSimulator | GeneralSimulator:
+    def check_liquid(self, found: RigidCargo) -> None:
+        """
+        Refuse tanks whose liquid is not the one that the truck carries.
+
+        Parameters
+        ----------
+        found : RigidCargo
+            All liquid of the tanks, frozen.
+
+        Raises
+        ------
+        InputError
+            If mass, place or, of the general truck, inertia differ; the message holds the remedy.
+        """
+        carried, general = self.plan.truck.cargo, isinstance(self.plan, Drive)
+        inertia, wanted = np.diag(carried.inertia), np.diag(found.inertia)
+        apart = float(np.linalg.norm(np.subtract(found.centroid, carried.centroid)))
+        if (
+            abs(found.mass - carried.mass) <= _SAME * found.mass
+            and apart <= _SAME_PLACE
+            and (not general or np.all(np.abs(inertia - wanted) <= _SAME * wanted))
+        ):
+            return
+        remedy = 'give slosh_node the half-full tank of section 5 there, or drive vehicle: general'
+        if general:
+            place, about = (
+                [round(float(x), digits) + 0.0 for x in values]
+                for values, digits in ((found.centroid, 4), (wanted, 1))
+            )
+            remedy = (
+                f'for these tanks write liquid.mass: {round(found.mass, 2)}, liquid.xyz: {place}, '
+                f'liquid.inertia: {about}'
+            )
+        raise InputError(
+            f'slosh_node holds {_told(found)}, but the truck carries {_told(carried)}; {remedy}'
+        )
+
+    def simulator(self) -> SteppedTruck:
         """Set the truck up for an exchange of wrenches, step by step."""
         if isinstance(self.plan, Journey):
             return TruckSimulator(self.plan)
@@ -344,6 +374,14 @@ class Scenario:
             progress(duration)
         under = result.distance[:, np.newaxis] - self.plan.truck.parameters.wheel_offsets
         return History.of_paper(result, cargo, self.plan.road.elevation(under))
+
+
+def _told(liquid: RigidCargo) -> str:
+    place, inertia = (
+        ', '.join(f'{x:.4g}' for x in values)
+        for values in (liquid.centroid, np.diag(liquid.inertia))
+    )
+    return f'{liquid.mass:.6g} kg of liquid at ({place}) m, inertia ({inertia}) kg m^2'
 
 
 def _refuse_strangers(p: Values, general: bool) -> None:

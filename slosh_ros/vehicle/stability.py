@@ -359,3 +359,75 @@ class StabilityFigures:
             pitch=float(np.abs(q[:, THETA_S - PLANAR]).max()),
             lateral_acceleration=float(np.abs(lateral).max()),
         )
+
+
+@dataclass
+class StabilityWatch:
+    """
+    Follows a truck instant by instant: its wheels at present, and the figures so far.
+
+    Attributes
+    ----------
+    ratio : float
+        Load transfer ratio of the vehicle at present [-].
+    lifted : tuple of str
+        Wheels that have lifted off at present.
+    articulation : float
+        At present [rad].
+    load_transfer, load_transfer_at : float
+        Largest magnitude of the vehicle's ratio so far [-], and when [s].
+    lowest_load, lowest_at : float
+        Lowest wheel load so far [N], and when [s].
+    lowest_wheel : str
+        Whose it was.
+    lift_off : float
+        When the first wheel lifted off [s]; infinite if none did.
+    """
+
+    ratio: float = 0.0
+    lifted: tuple[str, ...] = ()
+    articulation: float = 0.0
+    load_transfer: float = 0.0
+    load_transfer_at: float = 0.0
+    lowest_load: float = float('inf')
+    lowest_at: float = 0.0
+    lowest_wheel: str = ''
+    lift_off: float = float('inf')
+
+    @property
+    def bent(self) -> bool:
+        """Whether the articulation is too large for its cosine to be one."""
+        return abs(self.articulation) > ARTICULATION_LIMIT
+
+    def look(self, time: float, wheel_loads: Array, articulation: float) -> LoadTransfer:
+        """
+        Take an instant.
+
+        Parameters
+        ----------
+        time : float
+            [s].
+        wheel_loads : array, shape (4, 2)
+            [N].
+        articulation : float
+            [rad].
+
+        Returns
+        -------
+        LoadTransfer
+            Of this instant, shapes () and (4,).
+        """
+        transfer = LoadTransfer.of(wheel_loads)
+        self.ratio = float(transfer.vehicle)
+        self.articulation = articulation
+        loads = wheel_loads.ravel()
+        self.lifted = tuple(WHEELS[k] for k in np.flatnonzero(loads < 0.0))
+        if self.lifted:
+            self.lift_off = min(self.lift_off, time)
+        if abs(self.ratio) > self.load_transfer:
+            self.load_transfer, self.load_transfer_at = abs(self.ratio), time
+        lowest = int(loads.argmin())
+        if loads[lowest] < self.lowest_load:
+            self.lowest_load, self.lowest_at = float(loads[lowest]), time
+            self.lowest_wheel = WHEELS[lowest]
+        return transfer

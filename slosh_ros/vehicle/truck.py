@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
+from slosh_ros.vehicle.cargo import RigidCargo
 
 Array = NDArray[np.float64]
 
@@ -171,6 +172,21 @@ class Truck:
     """
 
     parameters: TruckParameters
+
+    @property
+    def base_motion(self) -> Array:
+        """Gamma (6, 4): `BASE_MOTION`."""
+        return BASE_MOTION
+
+    @cached_property
+    def cargo(self) -> RigidCargo:
+        """The frozen liquid; only its pitch inertia matters, the others are for a cylinder's."""
+        p = self.parameters
+        roll, _, yaw = np.diag(RigidCargo.half_full().inertia).tolist()
+        x, _, z = p.liquid_centroid.tolist()
+        return RigidCargo.principal(
+            p.liquid_mass, (x, 0.0, z), (roll, p.liquid_pitch_inertia, yaw)
+        )
 
     @cached_property
     def mass(self) -> Array:
