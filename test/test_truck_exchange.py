@@ -121,7 +121,9 @@ def test_solid_cargo_steps_as_one_system() -> None:
         np.testing.assert_allclose(truck.q, truth.q[k], atol=1e-10)
         np.testing.assert_allclose(truck.wheel_loads(), truth.wheel_loads[k], atol=1e-4)
         assert truck.speed == pytest.approx(truth.speed[k])
-        assert load_transfer_ratio(truck.wheel_loads()) == pytest.approx(truth.transfer.vehicle[k], abs=1e-9)
+        assert load_transfer_ratio(truck.wheel_loads()) == pytest.approx(
+            truth.transfer.vehicle[k], abs=1e-9
+        )
     assert truck.time_ns == 6_000 * MILLISECOND
 
 

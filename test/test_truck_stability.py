@@ -30,7 +30,8 @@ from slosh_ros.vehicle import (
     simulate,
     simulate_general,
 )
-from slosh_ros.vehicle.stability import warnings_of
+from slosh_ros.vehicle.history import columns_of
+from slosh_ros.vehicle.stability import WHEELS, StabilityWatch, warnings_of
 
 PAPER_LIQUID = SloshingCargo.of(TankLiquid.paper(FLAT_TRUCK.parameters.liquid_origin))
 
@@ -138,3 +139,35 @@ def test_both_trucks_present_the_same_table() -> None:
     assert list(one)[-1] == 'fz_4r'
     for name, column in one.items():
         np.testing.assert_allclose(other[name], column, atol=1e-5, err_msg=name)
+
+
+def test_watch_finds_the_figures_of_the_whole_drive() -> None:
+    ramp = Drive(TRUCK, CRUISING, SteeringKnots((0.0, 20.0), (0.0, 0.10)))
+    r = simulate_general(ramp, LIQUID, 20.0, 0.05)
+    watch = StabilityWatch()
+    for i, t in enumerate(r.time.tolist()):
+        transfer = watch.look(t, r.wheel_loads[i], float(r.articulation[i]))
+        assert watch.ratio == transfer.vehicle == r.transfer.vehicle[i]
+        np.testing.assert_array_equal(transfer.axles, r.transfer.axles[i])
+        assert watch.lifted == tuple(np.array(WHEELS)[r.lift_off[i].ravel()])
+        assert watch.bent == (abs(r.articulation[i]) > 0.35)
+    f = r.figures
+    assert watch.load_transfer == f.load_transfer
+    assert watch.lowest_load == r.wheel_loads.min()
+    assert np.isfinite(watch.lift_off)
+    assert watch.lift_off == f.lift_off
+    k = r.time.tolist().index(watch.lowest_at)
+    lowest = r.wheel_loads[k].flat[WHEELS.index(watch.lowest_wheel)]
+    assert lowest == watch.lowest_load
+
+
+def test_columns_of_an_instant_are_those_of_the_history() -> None:
+    r = simulate_general(Drive(TRUCK, BRAKING), SloshingCargo.of(TANK), 1.0)
+    instant = columns_of(
+        r.time[-1], r.speed[-1], r.acceleration[-1], r.yaw_rate[-1], r.q[-1], r.slosh[-1],
+        r.wheel_loads[-1],
+    )  # fmt: skip
+    known = {k: v for k, v in r.columns.items() if not k.startswith(('beta_', 'elevation'))}
+    assert list(instant) == list(known)
+    for name, column in known.items():
+        assert instant[name] == column[-1], name

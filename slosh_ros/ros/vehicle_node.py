@@ -76,7 +76,8 @@ class VehicleNode(Node):
         self._scenario = Scenario.from_parameters(values.by_name)
         self._truck = self._scenario.simulator()
         self._told: dict[str, Any] = {}  # what slosh_node has latched, by topic
-        self._coupling: Array | None = None
+        self._coupling: Array | None = None  # which goes into the equations of motion
+        self._modal_coupling: Array = np.zeros((6, 6))  # of the sloshing wrench alone
         self._surface_centre: Array = np.zeros(3)
         self._exchange = WrenchExchange()
         self._present = self._exchange.at(0)
@@ -111,6 +112,7 @@ class VehicleNode(Node):
         self._coupling_topic = 'coupling_exact' if self._scenario.exact_inertia else 'coupling'
         self._latched = {
             self._coupling_topic: Float64MultiArray,
+            'coupling': Float64MultiArray,
             'softening': Float64MultiArray,
             'liquid': InertiaStamped,
             'surface_centre': PointStamped,
@@ -151,14 +153,14 @@ class VehicleNode(Node):
 
     def _take_liquid(self) -> None:
         """Refuse a liquid with which the truck cannot be stable, or which is not its own."""
-        coupling, softening = (
+        coupling, modal, softening = (
             np.reshape(self._told[topic].data, (6, 6))
-            for topic in (self._coupling_topic, 'softening')
+            for topic in (self._coupling_topic, 'coupling', 'softening')
         )
         self._truck.check_coupling(coupling, softening)
         self._scenario.check_liquid(_frozen(self._told['liquid'].inertia))
         self._truck.set_coupling(self._share * coupling)
-        self._coupling = coupling
+        self._coupling, self._modal_coupling = coupling, modal
         centre = self._told['surface_centre'].point
         self._surface_centre = np.array([centre.x, centre.y, centre.z])
 
@@ -285,9 +287,8 @@ class VehicleNode(Node):
         truck, slosh = self._truck, self._present.wrench
         acceleration = truck.acceleration(slosh)
         forward = truck.forward_acceleration(slosh)
-        if self._coupling is not None:
-            felt = np.concatenate([truck.imu(slosh).specific_force, acceleration[3:]])
-            slosh = slosh + self._share * self._coupling @ felt
+        felt = np.concatenate([truck.imu(slosh).specific_force, acceleration[3:]])
+        slosh = slosh + self._share * self._modal_coupling @ felt
         # moment about O, the centre of the mean free surface, as in the paper
         moment = slosh[3:] - np.cross(self._surface_centre, slosh[:3])
         return columns_of(
