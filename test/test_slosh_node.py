@@ -5,12 +5,13 @@ from __future__ import annotations
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import InertiaStamped, PointStamped, Twist, TwistStamped
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
@@ -18,6 +19,8 @@ from ros_rig import QOS, Driver, NodeProcess, imu, stamp_of, wrench_of
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
+
+from slosh_ros.engine import SloshConfig, SloshEngine
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -202,21 +205,38 @@ def test_best_effort_publishers_are_heard_too(node):
         driver.exchange(imu(START))
 
 
-def test_coupling_is_latched_and_positive(node, driver):
-    """Late subscribers get it; it is the symmetric matrix of eliminated modal masses."""
-    import numpy as np
-
-    received: list[Float64MultiArray] = []
+def test_what_a_simulator_has_to_know_is_latched(node, driver, config):
+    """Late subscribers get the matrices of the engine, labelled; and the frozen liquid."""
+    engine = SloshEngine(SloshConfig.from_file(config))
+    received: dict[str, list] = {}
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    driver.node.create_subscription(
-        Float64MultiArray, 'slosh_node/coupling', received.append, latched
-    )
-    driver.spin_until(lambda: bool(received))
-    matrix = np.reshape(received[0].data, (6, 6))
+    kinds = dict.fromkeys(('coupling', 'coupling_exact', 'softening'), Float64MultiArray)
+    kinds |= {'liquid': InertiaStamped, 'surface_centre': PointStamped}
+    for topic, kind in kinds.items():
+        heard = received.setdefault(topic, [])
+        driver.node.create_subscription(kind, f'slosh_node/{topic}', heard.append, latched)
+    driver.spin_until(lambda: all(received.values()))
+    for topic in ('coupling', 'coupling_exact', 'softening'):
+        (message,) = received[topic]
+        rows, columns = message.layout.dim
+        assert (rows.size, columns.size, rows.stride, columns.stride) == (6, 6, 36, 6)
+        assert 'wrench in base_link' in rows.label
+        expected = getattr(engine.carried, topic)
+        np.testing.assert_array_equal(np.reshape(message.data, (6, 6)), expected)
+    matrix = engine.carried.coupling
     assert np.allclose(matrix, matrix.T, rtol=1e-12, atol=1e-9)
     assert np.linalg.eigvalsh(matrix).min() > -1e-6 * matrix.max()
     assert 0 < matrix[0, 0] < 8 * 2 * 0.8 * 1000
-    assert 'base_link' in received[0].layout.dim[0].label
+    liquid = received['liquid'][0]
+    assert liquid.header.frame_id == 'base_link'
+    told = liquid.inertia
+    assert told.m == pytest.approx(8 * 2 * 0.8 * 1000)
+    assert (told.com.x, told.com.y, told.com.z) == pytest.approx((0.0, 0.0, -0.4))
+    sides = told.m / 12.0 * np.array([2**2 + 0.8**2, 8**2 + 0.8**2, 8**2 + 2**2])
+    assert (told.ixx, told.iyy, told.izz) == pytest.approx(sides)
+    assert (told.ixy, told.ixz, told.iyz) == pytest.approx((0.0, 0.0, 0.0))
+    centre = received['surface_centre'][0].point
+    assert (centre.x, centre.y, centre.z) == pytest.approx((0.0, 0.0, 0.0))
 
 
 POINTS = ('-p', 'pressure.front:=[4.0, 0.0, -0.7]', '-p', 'pressure.left:=[1.0, 1.0, -0.3]')

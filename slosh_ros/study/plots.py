@@ -16,7 +16,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.modal.validity import WAVE_LIMIT
 from slosh_ros.study.rollover import RolloverStudy
-from slosh_ros.vehicle import ClosedLoopResult, History
+from slosh_ros.vehicle import History
 from slosh_ros.vehicle.rollover import Rollover
 
 # Okabe & Ito: told apart by colour-blind eyes; line styles tell them apart in grey
@@ -110,8 +110,8 @@ def plot_replay(recording: Recording, title: str, path: Path) -> None:
 def plot_closed_loop(
     history: NDArray[np.void],
     recording: Recording,
-    truth: ClosedLoopResult,
-    solid: ClosedLoopResult,
+    truth: History,
+    solid: History,
     path: Path,
 ) -> None:
     """
@@ -123,7 +123,7 @@ def plot_closed_loop(
         The log of vehicle_node.
     recording : Recording
         Loads at the same instants.
-    truth, solid : ClosedLoopResult
+    truth, solid : History
         The scenario as one system of equations, with liquid and with frozen cargo.
     path : Path
         PNG, SVG or PDF file.
@@ -137,27 +137,30 @@ def plot_closed_loop(
     motion.set_ylabel('vehicle')
     pitch.plot(time, np.degrees(history['theta_s']), color=COLOURS['x'], label='liquid cargo')
     pitch.plot(
-        solid.time, np.degrees(solid.q[:, 3]), '--', color=COLOURS['y'], label='solid cargo'
+        solid.time, np.degrees(solid.q[:, 4]), '--', color=COLOURS['y'], label='solid cargo'
     )
     pitch.set_ylabel('semitrailer pitch,\nnose down [deg]')
     force.plot(time, history['fx'] / 1e3, color=COLOURS['x'], label='two nodes over DDS')
-    force.plot(truth.time, truth.f1 / 1e3, ':', color='k', label='one process, exact')
+    force.plot(truth.time, truth.slosh[:, 0] / 1e3, ':', color='k', label='one process, exact')
     force.set_ylabel('sloshing force,\nforward [kN]')
     moment.plot(time, history['my'] / 1e3, color=COLOURS['x'], label='two nodes over DDS')
-    moment.plot(truth.time, truth.m5 / 1e3, ':', color='k', label='one process, exact')
+    moment.plot(truth.time, truth.slosh[:, 4] / 1e3, ':', color='k', label='one process, exact')
     moment.set_ylabel('sloshing moment about\nthe surface centre [kN m]')
     _waves(wave, recording)
     for k, (style, colour) in enumerate(
         zip(('-', '--', '-.', ':'), COLOURS.values(), strict=False)
     ):
-        axles.plot(time, history[f'fz_{k + 1}'] / 1e3, style, color=colour, label=f'axle {k + 1}')
+        load = history[f'fz_{k + 1}l'] + history[f'fz_{k + 1}r']
+        axles.plot(time, load / 1e3, style, color=colour, label=f'axle {k + 1}')
     axles.axhline(0.0, color='k', linewidth=0.8)
     axles.set_ylabel('axle load [kN]\n(negative: would lift off)')
     axles.set_xlabel('time [s]')
     for axis in axes:
-        for contact in truth.contacts:
-            if contact.entry < time[-1]:
-                axis.axvspan(contact.entry, min(contact.exit, time[-1]), color='0.5', alpha=0.15)
+        for under in np.any(truth.road != 0.0, axis=2).T:
+            axis.fill_between(
+                truth.time, 0.0, 1.0, where=under.tolist(), step='post', linewidth=0.0,
+                color='0.5', alpha=0.15, transform=axis.get_xaxis_transform(),
+            )  # fmt: skip
         axis.grid(alpha=0.3)
         axis.margins(x=0)
         _legend(axis)
