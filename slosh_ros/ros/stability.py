@@ -35,6 +35,7 @@ class StabilityTopics:
         self._node = node
         self._truck = truck
         self._watch = StabilityWatch()
+        self._watch.look(0.0, truck.wheel_loads(), truck.articulation)
         self._said: tuple[bool, tuple[str, ...]] = (False, ())
         self._said_at = -math.inf
         self._wheels = JointState(name=list(WHEELS))
