@@ -67,7 +67,7 @@ def test_several_tanks_add():
     ).carried
     one = engine_of(tank__xyz=PLACE, tank__rpy=TURN).carried
     other = engine_of(tank__xyz=[-4.0, 0.0, 1.0]).carried
-    for name in ('coupling', 'coupling_exact', 'softening', 'inertia'):
+    for name in ('coupling', 'coupling_exact', 'inertia'):
         total = getattr(one, name) + getattr(other, name)
         np.testing.assert_allclose(getattr(both, name), total, rtol=1e-12, atol=1e-9)
     assert both.mass == pytest.approx(2.0 * DENSITY * LENGTH * WIDTH * DEPTH)
@@ -93,7 +93,7 @@ def test_softening_is_the_static_moment_of_a_tilted_vehicle(make, yaw):
     engine = make(tank__damping_ratio=0.3, tank__modes=6, tank__rpy=[0.0, 0.0, yaw])
     force = (-G * pitch, G * roll, G)  # first order in the angles
     moment = wrenches(feed(engine, stamps(150.0, 0.05), force))[-1]
-    expected = engine.carried.softening @ [0.0, 0.0, 0.0, roll, pitch, 0.0]
+    expected = engine.softening @ [0.0, 0.0, 0.0, roll, pitch, 0.0]
     np.testing.assert_allclose(moment, expected, rtol=1e-8, atol=1e-5)
     assert expected[3] > 0.0 > expected[4]
 
@@ -101,7 +101,7 @@ def test_softening_is_the_static_moment_of_a_tilted_vehicle(make, yaw):
 def test_softening_of_all_modes_is_the_second_moment_of_the_surface():
     """Parseval: rho g I_xx about y, rho g I_yy about x."""
     modes = 60
-    softening = engine_of(tank__modes=modes).carried.softening
+    softening = engine_of(tank__modes=modes).softening
     about_y = DENSITY * G * WIDTH * LENGTH**3 / 12.0
     about_x = DENSITY * G * LENGTH * WIDTH**3 / 12.0
     assert softening[4, 4] == pytest.approx(about_y, rel=2e-3)
@@ -135,5 +135,5 @@ def test_engine_and_monolithic_truck_know_the_same_liquid():
     )
     np.testing.assert_allclose(engine.carried.coupling_exact, cargo.coupling, rtol=1e-9, atol=1e-6)
     softening = cargo.modes.softening
-    np.testing.assert_allclose(engine.carried.softening, softening, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(engine.softening, softening, rtol=1e-9, atol=1e-6)
     np.testing.assert_allclose(engine.surface_centre, cargo.reference, rtol=1e-12)

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 from test_truck_general import COEFFICIENTS
 
 from slosh_ros.errors import InputError
-from slosh_ros.vehicle import Drive, GeneralSimulator, Journey, TankLiquid, TruckSimulator
+from slosh_ros.vehicle import (
+    Drive,
+    GeneralSimulator,
+    Journey,
+    RigidCargo,
+    TankLiquid,
+    TruckSimulator,
+)
 from slosh_ros.vehicle.road import Profile
 from slosh_ros.vehicle.scenario import PARAMETERS, Scenario
 
@@ -61,6 +70,25 @@ def test_both_trucks_have_a_simulator() -> None:
     assert isinstance(general.simulator(), GeneralSimulator)
     assert not paper.exact_inertia
     assert general.exact_inertia
+
+
+@pytest.mark.parametrize('given', [{}, GENERAL], ids=['paper', 'general'])
+def test_only_the_liquid_that_the_truck_carries_is_accepted(given: dict[str, object]) -> None:
+    scenario, own = Scenario.from_parameters(given), RigidCargo.half_full()
+    scenario.check_liquid(own)
+    scenario.check_liquid(replace(own, mass=1.005 * own.mass))
+    for other in (replace(own, mass=0.98 * own.mass), RigidCargo.half_full(height=0.75)):
+        with pytest.raises(InputError, match=f'slosh_node holds {other.mass:.6g} kg of liquid at'):
+            scenario.check_liquid(other)
+
+
+def test_remedy_for_another_liquid_is_accepted() -> None:
+    other = RigidCargo.principal(9000.0, (0.5, 0.0, 0.8), (5e3, 9e4, 9.1e4))
+    with pytest.raises(InputError) as refusal:
+        Scenario.from_parameters(GENERAL).check_liquid(other)
+    _, _, remedy = str(refusal.value).partition('write ')
+    given = YAML(typ='safe').load('{' + remedy + '}')
+    Scenario.from_parameters({**GENERAL, **given}).check_liquid(other)
 
 
 def test_solid_cargo_does_not_slosh() -> None:

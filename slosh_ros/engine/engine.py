@@ -116,6 +116,18 @@ class SloshEngine:
         """Sloshing wrench of a settled liquid per constant specific force, shape (6, 3)."""
         return np.asarray(np.sum([tank.settled for tank in self.tanks], axis=0))
 
+    @property
+    def softening(self) -> Array:
+        """
+        Stiffness that the free surfaces take from a vehicle, shape (6, 6) [N m/rad].
+
+        Sloshing wrench of a settled liquid per small displacement and rotation of the output
+        frame, whose tilt is a specific force `g (-pitch, roll)`.
+        """
+        matrix, settled = np.zeros((6, 6)), self.settled
+        matrix[:, 3], matrix[:, 4] = GRAVITY * settled[:, 1], -GRAVITY * settled[:, 0]
+        return matrix
+
     def reset(self) -> None:
         """Forget the motion: the next good sample finds the liquid at rest."""
         self.gate.reset()

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro.coefficients import ModalCoefficients
 from slosh_ros.modal.loads import cross_matrix
 
@@ -34,16 +33,12 @@ class CarriedLiquid:
     relief : array, shape (6, 6)
         `I_f - J0` (THEORY 2.2), the moment by which a frozen liquid is harder to turn than the
         real one, per angular acceleration.
-    softening : array, shape (6, 6)
-        Static sloshing moment per small rotation: `sum w w^T / (mu omega^2)`, w the weight of a
-        wave, eqs (18)-(19).
     inertia : array, shape (6, 6)
         Of the frozen liquid: its negative is its wrench per acceleration.
     """
 
     coupling: Array
     relief: Array
-    softening: Array
     inertia: Array
 
     @classmethod
@@ -51,15 +46,12 @@ class CarriedLiquid:
         """Build the matrices of the liquid in one tank."""
         c = coefficients
         lambdas = c.coupling.T
-        weight = np.zeros_like(lambdas)
-        weight[3], weight[4] = -GRAVITY * lambdas[1], GRAVITY * lambdas[0]
         arm = c.mass * cross_matrix(c.liquid.centroid)
         relief = np.zeros((6, 6))
         relief[3:, 3:] = c.inertia_frozen - c.inertia_stokes_joukowski
         return cls(
             coupling=(lambdas / c.mu) @ lambdas.T,
             relief=relief,
-            softening=(weight / (c.mu * c.omega**2)) @ weight.T,
             inertia=np.block([[c.mass * np.eye(3), -arm], [arm, c.inertia_frozen]]),
         )
 
@@ -94,5 +86,5 @@ class CarriedLiquid:
         return np.asarray(self.inertia[3:, 3:] + self.mass * across @ across)
 
     @property
-    def _matrices(self) -> tuple[Array, Array, Array, Array]:
-        return self.coupling, self.relief, self.softening, self.inertia
+    def _matrices(self) -> tuple[Array, Array, Array]:
+        return self.coupling, self.relief, self.inertia

@@ -111,7 +111,12 @@ class SloshNode(Node):
         for topic, matrix, row, column in (
             ('coupling', carried.coupling, wrench, acceleration),
             ('coupling_exact', carried.coupling_exact, exact, acceleration),
-            ('softening', carried.softening, wrench, f'displacement of {frame}: x y z rx ry rz'),
+            (
+                'softening',
+                self.engine.softening,
+                wrench,
+                f'displacement of {frame}: x y z rx ry rz',
+            ),
         ):
             message = Float64MultiArray(data=matrix.ravel().tolist())
             message.layout.dim = [
