@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 from drives import RECTANGLE, G, engine_of, feed, stamps, wrenches
 from test_engine import engine_with
 
 from slosh_ros.engine import SloshConfig, SloshEngine
 from slosh_ros.engine.kinematics import Pose
 from slosh_ros.vehicle import RigidCargo, SloshingCargo, TankLiquid
+from slosh_ros.vehicle.scenario import Scenario
 
 Array = np.ndarray
 
 DENSITY, LENGTH, WIDTH, DEPTH = 850.0, 8.0, 2.0, 0.8  # of drives.RECTANGLE
 HEIGHT = 1.6  # of the tank
+SCENARIOS = REPOSITORY / 'config' / 'scenarios'
 TURN = [0.1, -0.2, 0.7]
 PLACE = [1.5, -0.4, 0.9]
 
@@ -137,3 +140,16 @@ def test_engine_and_monolithic_truck_know_the_same_liquid():
     softening = cargo.modes.softening
     np.testing.assert_allclose(engine.softening, softening, rtol=1e-9, atol=1e-6)
     np.testing.assert_allclose(engine.surface_centre, cargo.reference, rtol=1e-12)
+
+
+@pytest.mark.parametrize('path', sorted(SCENARIOS.glob('*.yaml')), ids=lambda p: p.stem)
+def test_every_scenario_of_the_library_may_drive_with_its_tanks(path):
+    """Both nodes read the same file, as closed_loop.launch.py gives it to them."""
+    scenario, engine = Scenario.from_file(path), SloshEngine(SloshConfig.from_file(path))
+    carried = engine.carried
+    scenario.simulator().check_coupling(carried.coupling_exact, engine.softening)
+    inertia = tuple(tuple(row) for row in carried.inertia_at_centroid.tolist())
+    centroid = tuple(carried.centroid.tolist())
+    scenario.check_liquid(RigidCargo(carried.mass, centroid, inertia))
+    assert engine.config.imu_frame == 'base_link'
+    assert 'reliability: reliable' in path.read_text()  # in lock-step no sample may be lost
