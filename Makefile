@@ -21,8 +21,8 @@ KIND := $(or $(ROS_DISTRO),wheels)
 STAMP := .venv/.complete-$(KIND)-$(subst /,_,$(PYTHON))
 OLDEST := .venv-oldest/.complete
 MAKE_VENV := requirements/make_venv.sh
-# Tests that talk DDS follow each other; the others fill all cores (test/conftest.py).
-SHARED_OUT := -n logical --dist loadgroup
+# Files of tests on all cores, each worker with a ROS domain of its own (test/conftest.py).
+SHARED_OUT := -n logical --dist loadfile
 
 .PHONY: help venv demo test lint format bench colcon test-oldest bags clean
 

@@ -20,20 +20,15 @@ _FAST_DISCOVERY = """<dds xmlns="http://www.eprosima.com"><profiles>
 """
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let tests with real nodes run one after the other: they have deadlines."""
-    for item in items:
-        if any(item.iter_markers('ros')) or any(item.iter_markers('colcon')):
-            item.add_marker(pytest.mark.xdist_group('nodes'))
-
-
 @pytest.fixture(scope='session', autouse=True)
 def _loopback_only(tmp_path_factory: pytest.TempPathFactory) -> None:
     folder = tmp_path_factory.mktemp('ros')
     profile = folder / 'fastdds.xml'
     profile.write_text(_FAST_DISCOVERY)
-    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+    domain = int(os.environ.get('ROS_DOMAIN_ID', os.getpid()))
+    # pytest-xdist: nodes of one worker (gw0, gw1 ...) must not hear those of another
+    worker = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0')[2:])
+    os.environ['ROS_DOMAIN_ID'] = str((domain - 1 + 37 * worker) % 101 + 1)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(profile)
     os.environ['ROS_LOG_DIR'] = str(folder / 'log')
