@@ -53,8 +53,9 @@ format: $(STAMP) ## let ruff write the code as lint wants it
 	$(RUN) ruff check --fix
 	$(RUN) ruff format
 
-bench: $(STAMP) ## what a sample costs, against a bare relay node
+bench: $(STAMP) ## what a sample costs, against a bare relay node, and what a scenario costs
 	.venv/bin/python bench/node_against_relay.py
+	.venv/bin/python bench/simulate.py
 
 colcon: $(STAMP) ## build and test as in a ROS workspace; then `source install/setup.bash`
 	$(RUN) colcon build --base-paths .

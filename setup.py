@@ -52,6 +52,7 @@ setup(
     extras_require={
         'test': [
             'hypothesis>=6.98',
+            'imageio-ffmpeg>=0.5',
             'psutil>=5.9.8',
             'pytest>=7.4',
             'pytest-timeout>=2.2',

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -27,8 +27,16 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.monitor import RolloverMonitor
 from slosh_ros.parameters import names_node
-from slosh_ros.study.tables import write_history
-from slosh_ros.vehicle import History, TankLiquid
+from slosh_ros.study.tables import summary, write_history
+from slosh_ros.study.tanks import liquids_of
+from slosh_ros.vehicle import (
+    Drive,
+    GeneralTruck,
+    History,
+    SloshingCargo,
+    Thresholds,
+    Warn,
+)
 from slosh_ros.vehicle.rollover import RollVehicle
 from slosh_ros.vehicle.scenario import Scenario
 
@@ -43,11 +51,12 @@ _out = Console(width=max(_WIDTH, Console().width), highlight=False)
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
 
 _WARNINGS = {
-    'contact': 'wheel {w.where} lifts off at {w.first:.2f} s (down to {w.worst:.0f} N, '
-    '{w.share:.0%} of the time), which the linear springs do not know',
-    'wave': 'the wave leaves linear theory at {w.first:.2f} s: up to {w.worst:.2f} of depth or '
-    'freeboard, {w.share:.0%} of the time',
-    'articulation': 'the articulation is large from {w.first:.2f} s on: up to {w.worst:.2f} rad',
+    'contact': 'contact is lost at {w.first:.2f} s: wheel {where} down to {load:.1f} kN, '
+    '{w.share:.0%} of the time; the linear springs hold it to the road',
+    'liquid': 'linear theory is left at {w.first:.2f} s, {w.share:.0%} of the time: {where} '
+    'up to {w.worst:.2g}, limit {w.limit:.2g}',
+    'articulation': 'small articulation is left at {w.first:.2f} s: up to {w.worst:.2f} rad, '
+    '{w.share:.0%} of the time',
 }
 _LAMBDAS = {1: 'kg', 2: 'kg', 4: 'kg m', 5: 'kg m', 6: 'kg m'}
 
@@ -112,6 +121,9 @@ def replay(
     twist: Annotated[Optional[str], typer.Option(help='Topic of the Twist.')] = None,
     out: Annotated[Optional[Path], typer.Option(help='Write the loads: .csv or .mcap.')] = None,
     plot: Annotated[Optional[Path], typer.Option(help='Draw the loads: PNG, SVG, PDF.')] = None,
+    animate: Annotated[
+        Optional[Path], typer.Option(help='Show the liquid in motion: GIF, MP4.')
+    ] = None,
     start: Annotated[float, typer.Option(help='Leave out the first seconds.', min=0.0)] = 0.0,
     duration: Annotated[
         Optional[float], typer.Option(help='Replay so many seconds.', min=0.0)
@@ -127,8 +139,12 @@ def replay(
         raise InputError('--imu and --twist are both given; choose one input')
     if imu is not None or twist is not None:
         settings = replace(settings, source='imu' if twist is None else 'twist')
-    for path in (out, plot):
+    for path in (out, plot, animate):
         _keep_bag(bag, path)
+    if animate is not None:
+        from slosh_ros.study.animation import check_target
+
+        check_target(animate)
     engine = SloshEngine(settings)
     monitor = None if rollover is None else _monitor(engine, config, rollover)
     kind = input_type(engine)
@@ -136,12 +152,13 @@ def replay(
     peaks, recording = Peaks(engine), Recording(engine)
     with MotionBag(bag, kind, topic, default, start, duration) as source:
         writers: list[LoadsWriter] = [peaks]
-        if plot is not None:
+        if plot is not None or animate is not None:
             writers.append(recording)
         if out is not None:
             writers.append(writer_for(out, settings, monitor is not None))
-        with _progress(source) as advance:
-            count = replay_bag(source, engine, writers, advance, monitor)
+        begin, end = source.span
+        with _progress(f'replaying {source.topic}', end - begin) as advance:
+            count = replay_bag(source, engine, writers, lambda now: advance(now - begin), monitor)
     _print_replay(peaks, engine, source.topic, count)
     if monitor is not None:
         _print_rollover(peaks, monitor)
@@ -149,6 +166,11 @@ def replay(
         from slosh_ros.study.plots import plot_replay
 
         plot_replay(recording, f'{bag.name}: {source.topic}', plot)
+    if animate is not None:
+        from slosh_ros.study.animation import animate_replay
+
+        with _progress(f'drawing {animate}', peaks.span) as advance:
+            animate_replay(recording, engine, bag.name, animate, advance)
 
 
 @app.command()
@@ -158,19 +180,50 @@ def simulate(
     ],
     out: Annotated[Optional[Path], typer.Option(help='Write the history: .csv.')] = None,
     plot: Annotated[Optional[Path], typer.Option(help='Draw the history: PNG, SVG, PDF.')] = None,
+    animate: Annotated[
+        Optional[Path], typer.Option(help='Show truck and liquid in motion: GIF, MP4.')
+    ] = None,
+    compare: Annotated[
+        bool,
+        typer.Option(
+            '--compare',
+            help='Set it beside the solid cargo, and Table 4 beside the exact coefficients or '
+            'the exact inertia of the liquid beside the frozen one.',
+        ),
+    ] = False,
 ) -> None:
     """Drive a truck with its liquid, solved as one system in one process."""
     drive = Scenario.from_file(scenario)
-    tanks = _tank_liquids(scenario, drive)
-    liquid = drive.simulate(tanks)
-    solid = replace(drive, solid=True).simulate(tanks)
-    if out is not None:
-        write_history(liquid, out)
-    _print_history(liquid, solid)
-    if plot is not None:
-        from slosh_ros.study.plots import plot_history
+    if animate is not None:
+        from slosh_ros.study.animation import check_target
 
-        plot_history(liquid, solid, scenario.stem, plot)
+        check_target(animate)
+    variants = drive.variants if compare else {drive.label: drive}
+    tank_needed = animate is not None and not drive.table_4
+    if tank_needed or any(not (v.solid or v.table_4) for v in variants.values()):
+        tanks = liquids_of(SloshConfig.from_file(scenario))
+    else:
+        tanks = []
+    duration = drive.steps * drive.step_ns * 1e-9
+    histories = {}
+    for name, variant in variants.items():
+        with _progress(f'driving: {name}', duration) as advance:
+            histories[name] = variant.simulate(tanks, progress=advance)
+    if out is not None:
+        write_history(histories[drive.label], out)
+    _print_histories(histories)
+    if isinstance(drive.plan, Drive):
+        liquid = next((v for v in variants.values() if not v.solid), drive)
+        _print_thresholds(drive.plan.truck, liquid.sloshing(tanks))
+    if plot is not None:
+        from slosh_ros.study.plots import plot_histories
+
+        plot_histories(histories, scenario.stem, plot)
+    if animate is not None:
+        from slosh_ros.study.animation import animate_history
+
+        with _progress(f'drawing {animate}', duration) as advance:
+            animate_history(drive, tanks, histories[drive.label], scenario.stem, animate, advance)
 
 
 def main() -> None:
@@ -224,42 +277,48 @@ def _one_tank(settings: SloshConfig, path: Path, name: str | None) -> TankConfig
     return settings.tanks[names.index(name) if name else 0]
 
 
-def _tank_liquids(scenario: Path, drive: Scenario) -> list[TankLiquid]:
-    """Solve for the liquids of slosh_node, unless the scenario does without them."""
-    if drive.solid or drive.table_4:
-        return []
-    liquids = []
-    for tank in SloshConfig.from_file(scenario).tanks:
-        c = tank.coefficients()
-        liquids.append(
-            TankLiquid.of(
-                c,
-                tank.damping_ratio(c),
-                tank.pose.origin,
-                tank.pose.rotation,
-                drive.exact_inertia,
-            )
-        )
-    return liquids
-
-
-def _print_history(liquid: History, solid: History) -> None:
-    table = _table('largest', 'liquid cargo', 'solid cargo', 'unit')
-    rows: tuple[tuple[str, Callable[[History], float], str], ...] = (
-        ('sloshing force, fore-aft', lambda h: float(np.abs(h.slosh[:, 0]).max()) / 1e3, 'kN'),
-        ('sloshing force, sideways', lambda h: float(np.abs(h.slosh[:, 1]).max()) / 1e3, 'kN'),
-        ('semitrailer pitch', lambda h: float(np.degrees(np.abs(h.q[:, 4]).max())), 'deg'),
-        ('semitrailer roll', lambda h: float(np.degrees(np.abs(h.q[:, 5]).max())), 'deg'),
-        ('lateral acceleration', lambda h: float(np.abs(h.acceleration[:, 1]).max()), 'm/s^2'),
-        ('load transfer ratio', lambda h: float(np.abs(h.transfer.vehicle).max()), ''),
-        ('least wheel load', lambda h: float(h.wheel_loads.min()) / 1e3, 'kN'),
-        ('wave height', lambda h: float(np.max(h.elevation_max, initial=0.0)), 'm'),
-    )
-    for name, value, unit in rows:
-        table.add_row(name, f'{value(liquid):.3f}', f'{value(solid):.3f}', unit)
+def _print_histories(histories: Mapping[str, History]) -> None:
+    """Print the figures of variants side by side, and what takes them out of their theory."""
+    table = _table('largest', *histories, 'unit')
+    figures = [summary(history) for history in histories.values()]
+    for name, unit in figures[0]:
+        values = [_shown(f[name, unit]) for f in figures]
+        if set(values) != {'0.000'}:  # nothing there in this drive
+            table.add_row(name, *values, unit)
     _out.print(table)
-    for warning in liquid.warnings:
-        _out.print(f'[yellow]{_WARNINGS[warning.kind].format(w=warning)}[/]')
+    for name, history in histories.items():
+        told = f'{name}: ' if len(histories) > 1 else ''
+        for warning, where in _gathered(history.warnings):
+            text = _WARNINGS[warning.kind].format(w=warning, where=where, load=warning.worst / 1e3)
+            _out.print(f'[yellow]{told}{text}[/]')
+
+
+def _shown(value: float) -> str:
+    """Show a figure; what never happens as a dash, what is not known as a question mark."""
+    if np.isnan(value):
+        return '?'
+    return f'{value:.3f}' if np.isfinite(value) else '-'
+
+
+def _gathered(warnings: Iterable[Warn]) -> list[tuple[Warn, str]]:
+    """Tell wheels of one fate once: left and right ones, where nothing leans."""
+    wheels: dict[Warn, list[str]] = {}
+    for warning in warnings:
+        wheels.setdefault(replace(warning, where=''), []).append(warning.where)
+    return [(warning, ', '.join(where)) for warning, where in wheels.items()]
+
+
+def _print_thresholds(truck: GeneralTruck, cargo: SloshingCargo) -> None:
+    """Print the lateral accelerations at which the truck rolls over in a steady turn."""
+    t = Thresholds.of(truck, cargo)
+    cargoes = {'solid cargo': (t.rigid_frozen, t.frozen, t.lift_off_frozen)}
+    if cargo.tanks:
+        cargoes = {'liquid cargo': (t.rigid_liquid, t.liquid, t.lift_off_liquid), **cargoes}
+    table = _table('rolls over at', *(f'{name} [{u}]' for name in cargoes for u in ('m/s^2', 'g')))
+    names = ('rigid truck', 'truck on its springs', 'first wheel lifts off')
+    for name, *values in zip(names, *cargoes.values(), strict=True):
+        table.add_row(name, *(f'{x:.3f}' for a in values for x in (a, a / GRAVITY)))
+    _out.print(table)
 
 
 def _with_fill(tank: TankConfig, ratio: float | None) -> TankConfig:
@@ -377,20 +436,20 @@ def _print_rollover(peaks: Peaks, monitor: RolloverMonitor) -> None:
 
 
 @contextmanager
-def _progress(source: MotionBag) -> Iterator[Callable[[int], None]]:
+def _progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Show on a terminal how much of a total is done."""
     if not _err.is_terminal:
         yield lambda _: None
         return
-    begin, end = source.span
     with Progress(console=_err, transient=True) as bar:
-        task = bar.add_task(f'replaying {source.topic}', total=end - begin)
-        shown = begin
+        task = bar.add_task(_plain(what), total=total)
+        shown = 0.0
 
-        def advance(received: int) -> None:
+        def advance(done: float) -> None:
             nonlocal shown
-            if received - shown > (end - begin) // 200:
-                shown = received
-                bar.update(task, completed=received - begin)
+            if done - shown > total / 200.0:
+                shown = done
+                bar.update(task, completed=done)
 
         yield advance
 

@@ -74,15 +74,18 @@ class Recording:
     """
 
     def __init__(self, engine: SloshEngine) -> None:
+        self._engine = engine
         self._to_base = engine.config.sensor.rotation
         self.source = engine.config.source
         self.frame = engine.config.output_frame
         self._loads: list[Loads] = []
         self._rollover: list[Rollover] = []
+        self._beta: list[Array] = []
 
     def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
-        """Append the numbers of one sample."""
+        """Append the numbers of the sample that the engine has just taken."""
         self._loads.append(loads)
+        self._beta.append(np.concatenate([tank.beta for tank in self._engine.tanks]))
         if rollover is not None:
             self._rollover.append(rollover)
 
@@ -122,6 +125,11 @@ class Recording:
     def total(self) -> Array:
         """Total wrench [N], [N m], shape (n, 6)."""
         return np.array([loads.total for loads in self._loads])
+
+    @property
+    def beta(self) -> Array:
+        """Modal coordinates of all tanks [m], shape (n, modes)."""
+        return np.array(self._beta)
 
     @property
     def elevation_max(self) -> Array:

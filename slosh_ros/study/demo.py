@@ -29,7 +29,8 @@ from slosh_ros.errors import InputError
 from slosh_ros.parameters import read_parameter_file
 from slosh_ros.study.plots import plot_closed_loop, plot_replay, plot_rollover
 from slosh_ros.study.rollover import RolloverStudy
-from slosh_ros.vehicle import History, TankLiquid
+from slosh_ros.study.tanks import liquids_of
+from slosh_ros.vehicle import History
 from slosh_ros.vehicle.scenario import Scenario
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -110,15 +111,7 @@ def closed_loop_reference(scenario_file: Path, **changes: object) -> History:
     """
     given = {**read_parameter_file(scenario_file, 'vehicle_node'), **changes}
     scenario = Scenario.from_parameters(given)
-    tanks = []
-    for tank in SloshConfig.from_file(scenario_file).tanks:
-        c, pose = tank.coefficients(), tank.pose
-        tanks.append(
-            TankLiquid.of(
-                c, tank.damping_ratio(c), pose.origin, pose.rotation, scenario.exact_inertia
-            )
-        )
-    return scenario.simulate(tanks)
+    return scenario.simulate(liquids_of(SloshConfig.from_file(scenario_file)))
 
 
 def replay_history(scenario_file: Path, history: NDArray[np.void]) -> Recording:

@@ -1,8 +1,8 @@
-"""Pictures of modes and of replayed drives. matplotlib is imported with this module only."""
+"""Pictures of modes and of drives. matplotlib is imported with this module only."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +14,15 @@ from slosh_ros.bag import Recording
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
-from slosh_ros.modal.validity import WAVE_LIMIT
 from slosh_ros.study.rollover import RolloverStudy
-from slosh_ros.vehicle import History
+from slosh_ros.vehicle import Contact, History
 from slosh_ros.vehicle.rollover import Rollover
 
 # Okabe & Ito: told apart by colour-blind eyes; line styles tell them apart in grey
 COLOURS = {'x': '#0072B2', 'y': '#D55E00', 'z': '#009E73', 'k': 'black', 'mark': '#CC79A7'}
 STYLES = {'x': '-', 'y': '--', 'z': ':'}
 _COLUMNS = 4
+_VISIBLE = 1e-6  # a quantity that stays below it, in the units of a plot, is zero
 
 
 def plot_modes(name: str, coefficients: ModalCoefficients, path: Path) -> None:
@@ -156,11 +156,7 @@ def plot_closed_loop(
     axles.set_ylabel('axle load [kN]\n(negative: would lift off)')
     axles.set_xlabel('time [s]')
     for axis in axes:
-        for under in np.any(truth.road != 0.0, axis=2).T:
-            axis.fill_between(
-                truth.time, 0.0, 1.0, where=under.tolist(), step='post', linewidth=0.0,
-                color='0.5', alpha=0.15, transform=axis.get_xaxis_transform(),
-            )  # fmt: skip
+        mark_contacts(axis, truth.contacts, float(time[-1]))
         axis.grid(alpha=0.3)
         axis.margins(x=0)
         _legend(axis)
@@ -171,57 +167,81 @@ def plot_closed_loop(
     _save(figure, path)
 
 
-def plot_history(liquid: History, solid: History, name: str, path: Path) -> None:
+def plot_histories(histories: Mapping[str, History], name: str, path: Path) -> None:
     """
-    Draw a simulated drive with liquid and with solid cargo over a shared time axis.
+    Draw a simulated drive, and its variants over it, over a shared time axis.
+
+    Quantities that stay zero in all of them are left out. Wheel loads, bump and linear theory are
+    shown for the first.
 
     Parameters
     ----------
-    liquid, solid : History
-        The same scenario with either cargo.
+    histories : mapping of str to History
+        The drive with one or more cargoes, by name.
     name : str
         Of the scenario.
     path : Path
         PNG, SVG or PDF file.
     """
-    time = liquid.time
-    figure = Figure(figsize=(11, 15), layout='constrained')
-    axes = figure.subplots(7, 1, sharex=True, height_ratios=[0.8, 0.9, 1, 1, 1.1, 0.8, 1.2])
-    motion, turning, pitch, roll, force, wave, loads = axes
-    motion.plot(time, liquid.speed, color='k', label='speed [m/s]')
+    first = next(iter(histories.values()))
+    time, stop = first.time, float(first.time[-1])
+    curves: tuple[tuple[str, Callable[[History], NDArray[np.float64]]], ...] = (
+        ('lateral acceleration\n[m/s²]', lambda h: h.acceleration[:, 1]),
+        ('semitrailer pitch,\nnose down [deg]', lambda h: np.degrees(h.q[:, 4])),
+        ('semitrailer roll,\nleft side up [deg]', lambda h: np.degrees(h.q[:, 5])),
+        ('load transfer ratio\nof the vehicle [-]', lambda h: h.transfer.vehicle),
+        ('sloshing force,\nforward [kN]', lambda h: h.slosh[:, 0] / 1e3),
+        ('sloshing force,\nto the left [kN]', lambda h: h.slosh[:, 1] / 1e3),
+        ('sloshing moment,\nroll [kN m]', lambda h: h.slosh[:, 3] / 1e3),
+        ('sloshing moment,\npitch [kN m]', lambda h: h.slosh[:, 4] / 1e3),
+        ('wave height\n[m]', lambda h: h.elevation_max),
+    )
+    shown = [
+        (label, value) for label, value in curves
+        if max(np.abs(value(h)).max() for h in histories.values()) > _VISIBLE
+    ]  # fmt: skip
+    count = len(shown) + 2
+    figure = Figure(figsize=(11, 1.9 * count + 1.2), layout='constrained')
+    axes = figure.subplots(count, 1, sharex=True, height_ratios=[0.8, *[1.0] * len(shown), 1.3])
+    motion, loads = axes[0], axes[-1]
+    motion.plot(time, first.speed, color='k', label='speed [m/s]')
     motion.plot(
-        time, liquid.acceleration[:, 0], '--', color=COLOURS['y'], label='acceleration [m/s²]'
+        time, first.acceleration[:, 0], '--', color=COLOURS['y'], label='acceleration [m/s²]'
     )
     motion.set_ylabel('forward')
-    turning.plot(time, liquid.acceleration[:, 1], color=COLOURS['x'], label='liquid cargo')
-    turning.plot(time, solid.acceleration[:, 1], '--', color=COLOURS['y'], label='solid cargo')
-    turning.set_ylabel('lateral acceleration\n[m/s²]')
-    for axis, part, label in ((pitch, 4, 'pitch, nose down'), (roll, 5, 'roll, left side up')):
-        axis.plot(time, np.degrees(liquid.q[:, part]), color=COLOURS['x'], label='liquid cargo')
-        axis.plot(
-            time, np.degrees(solid.q[:, part]), '--', color=COLOURS['y'], label='solid cargo'
-        )
-        axis.set_ylabel(f'semitrailer {label}\n[deg]')
-    force.plot(time, liquid.slosh[:, 0] / 1e3, color=COLOURS['x'], label='forward')
-    force.plot(time, liquid.slosh[:, 1] / 1e3, '--', color=COLOURS['y'], label='to the left')
-    force.set_ylabel('sloshing force [kN]')
-    wave.plot(time, liquid.elevation_max, color=COLOURS['x'], label='largest in the tank')
-    _shade(wave, time, liquid.wave_use > WAVE_LIMIT)
-    wave.set_ylabel('wave height [m]')
-    wave.set_ylim(bottom=0.0)
-    left = liquid.wheel_loads[:, :, 0] / 1e3
-    right = liquid.wheel_loads[:, :, 1] / 1e3
+    for axis, (label, value) in zip(axes[1:], shown, strict=False):
+        for (cargo, history), key in zip(histories.items(), STYLES, strict=False):
+            axis.plot(history.time, value(history), STYLES[key], color=COLOURS[key], label=cargo)
+        axis.set_ylabel(label)
+        if label.startswith('wave'):
+            _shade(axis, time, ~first.valid)
+            axis.set_ylim(bottom=0.0)
+    wheels = first.wheel_loads / 1e3
+    even = np.abs(np.diff(wheels, axis=2)).max() < _VISIBLE
     for k, colour in enumerate(list(COLOURS.values())[:4]):
-        loads.plot(time, left[:, k], color=colour, linewidth=1.2, label=f'axle {k + 1} left')
-        loads.plot(time, right[:, k], ':', color=colour, label=f'axle {k + 1} right')
+        for side, style, word in ((0, '-', 'left'), (1, ':', 'right')):
+            if even and side:
+                continue
+            loads.plot(
+                time, wheels[:, k, side], style, color=colour,
+                label=f'axle {k + 1} ' + ('each side' if even else word),
+            )  # fmt: skip
     loads.axhline(0.0, color='k', linewidth=0.8)
     loads.set_ylabel('wheel load [kN]\n(negative: would lift off)')
     loads.set_xlabel('time [s]')
     for axis in axes:
+        mark_contacts(axis, first.contacts, stop)
         axis.grid(alpha=0.3)
         axis.margins(x=0)
         _legend(axis)
-    figure.suptitle(f'{name}: tractor-semitrailer with liquid and with solid cargo')
+    for contact in first.contacts:
+        if contact.entry < stop:
+            motion.text(
+                contact.entry, 1.02, str(contact.axle), fontsize=8, ha='center',
+                transform=motion.get_xaxis_transform(),
+            )  # fmt: skip
+    grey = '; grey: the numbered axle is on the bump' if first.contacts else ''
+    figure.suptitle(f'{name}: {" | ".join(histories)}{grey}')
     _save(figure, path)
 
 
@@ -277,6 +297,27 @@ def plot_rollover(studies: Sequence[RolloverStudy], path: Path) -> None:
         _legend(axis)
     figure.suptitle('Half-full tanker: rollover figures from its IMU alone')
     _save(figure, path)
+
+
+def mark_contacts(axis: Axes, contacts: Sequence[Contact], stop: float) -> None:
+    """
+    Shade the times at which axles are on the bump, as far as they are shown.
+
+    Parameters
+    ----------
+    axis : Axes
+        With time along x [s].
+    contacts : sequence of Contact
+        The times.
+    stop : float
+        End of the time axis [s].
+    """
+    for contact in contacts:
+        if contact.entry < stop:
+            axis.axvspan(
+                contact.entry, min(contact.exit, stop), color='0.5', alpha=0.15, linewidth=0.0
+            )
+            axis.axvline(contact.entry, color='0.5', linewidth=0.6)
 
 
 def _shade(axis: Axes, time: NDArray[np.float64], beyond: NDArray[np.bool_]) -> None:

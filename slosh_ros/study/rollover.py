@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from slosh_ros.constants import GRAVITY, NANOSECONDS
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
 from slosh_ros.monitor import RolloverMonitor
-from slosh_ros.vehicle import Drive, GeneralTruck, History, TankLiquid, Thresholds
+from slosh_ros.study.tanks import liquids_of
+from slosh_ros.vehicle import Drive, GeneralTruck, History, Thresholds
 from slosh_ros.vehicle.general_truck import PHI_S, PLANAR, THETA_S, Z_S
 from slosh_ros.vehicle.rollover import Rollover, RollVehicle
 from slosh_ros.vehicle.scenario import Scenario
@@ -70,12 +71,7 @@ class RolloverStudy:
         config = SloshConfig.from_file(scenario_file)
         drive = scenario.plan
         assert isinstance(drive, Drive)
-        tanks = []
-        for tank in config.tanks:
-            c = tank.coefficients()
-            tanks.append(
-                TankLiquid.of(c, tank.damping_ratio(c), tank.pose.origin, tank.pose.rotation)
-            )
+        tanks = liquids_of(config)
         truth = scenario.simulate(tanks)
         engine = SloshEngine(config)
         known = vehicle or RollVehicle.of(drive.truck)

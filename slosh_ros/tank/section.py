@@ -110,6 +110,25 @@ class Section(ABC):
         foot = feet[np.argmin(np.sum((feet - here) ** 2, axis=1))]
         return np.array([np.copysign(foot[0], point[0]), foot[1]])
 
+    def outline(self, points: int = 129) -> Array:
+        """
+        Outline of the whole section, for pictures.
+
+        Parameters
+        ----------
+        points : int
+            Number of points on either half, besides the corners.
+
+        Returns
+        -------
+        array, shape (n, 2)
+            y and z about the centre of the bounding box [m], once around.
+        """
+        height = self.bounding_box[1]
+        s = np.union1d(np.linspace(0.0, 1.0, points), self.corners(height))
+        y, z = self.wall(height, s) + np.array([[0.0], [height / 2.0]])
+        return np.column_stack([np.append(y, -y[::-1]), np.append(z, z[::-1])])
+
 
 @dataclass(frozen=True)
 class Circle(Section):

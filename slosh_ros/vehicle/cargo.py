@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.coefficients import ModalCoefficients
+from slosh_ros.hydro.coefficients import ModalCoefficients, surface_grid
+from slosh_ros.modal.validity import UNMOVED, Trust, TrustWatch
+from slosh_ros.tank import Tank, cylinder_x
 from slosh_ros.vehicle.liquid import TABLE_4, LiquidModes
 
 Array = NDArray[np.float64]
@@ -34,7 +36,7 @@ class RigidCargo:
 
     mass: float
     centroid: Three
-    inertia: tuple[Three, Three, Three]
+    inertia: tuple[Three, ...]
 
     @classmethod
     def half_full(cls, height: float = 0.65, offset: float = 0.0) -> RigidCargo:
@@ -60,6 +62,18 @@ class RigidCargo:
         return cls(mass, centroid, ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
 
     @classmethod
+    def joined(cls, *parts: RigidCargo) -> RigidCargo:
+        """Take several bodies as one."""
+        mass = sum(part.mass for part in parts)
+        moment = np.array([part.mass * np.array(part.centroid) for part in parts]).sum(axis=0)
+        centroid = moment / mass
+        inertia = np.zeros((3, 3))
+        for part in parts:
+            arm = np.array(part.centroid) - centroid
+            inertia += np.array(part.inertia) + part.mass * _parallel_axis(arm)
+        return cls(mass, _three(centroid), tuple(_three(row) for row in inertia))
+
+    @classmethod
     def none(cls) -> RigidCargo:
         """Give an empty tank."""
         return cls.principal(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -83,10 +97,10 @@ class TankLiquid:
     relief : array, shape (3, 3)
         `I_f - J0` in tank axes: by how much the frozen liquid is harder to turn than the real one
         under a closed lid (THEORY 2.2) [kg m^2]. Zero in the paper, which freezes it.
-    surface_shapes : array, shape (m, n), optional
-        Mode shapes at points of the mean free surface [-].
-    wave_room : float
-        The smaller of depth and freeboard [m].
+    coefficients : ModalCoefficients, optional
+        Where all this comes from; they tell mass, place and surface.
+    tank : Tank, optional
+        Its shape.
     """
 
     modes: LiquidModes
@@ -94,8 +108,8 @@ class TankLiquid:
     origin: Array
     rotation: Array
     relief: Array
-    surface_shapes: Array | None = None
-    wave_room: float = np.inf
+    coefficients: ModalCoefficients | None = None
+    tank: Tank | None = None
 
     @classmethod
     def of(
@@ -104,7 +118,8 @@ class TankLiquid:
         damping_ratio: Array,
         origin: Array,
         rotation: Array | None = None,
-        exact: bool = True,
+        *,
+        tank: Tank | None = None,
     ) -> TankLiquid:
         """
         Take the coefficients of this project.
@@ -119,31 +134,98 @@ class TankLiquid:
             Position in `base_link` of the tank frame, the centre of its bounding box [m].
         rotation : array, shape (3, 3), optional
             From tank axes to `base_link`.
-        exact : bool
-            Turn the liquid with its Stokes-Joukowski inertia; otherwise frozen, as the paper.
+        tank : Tank, optional
+            Its shape; without it the surface is not judged.
         """
         c = coefficients
         turn = np.eye(3) if rotation is None else rotation
-        relief = c.inertia_frozen - c.inertia_stokes_joukowski if exact else np.zeros((3, 3))
         return cls(
             modes=LiquidModes(c.omega, c.mu, c.coupling, np.asarray(damping_ratio, dtype=float)),
             names=c.names,
             origin=origin + turn @ c.liquid.surface_centre,
             rotation=turn,
-            relief=relief,
-            surface_shapes=c.surface_shapes,
-            wave_room=min(c.liquid.depth, c.liquid.freeboard),
+            relief=c.inertia_frozen - c.inertia_stokes_joukowski,
+            coefficients=c,
+            tank=tank,
         )
 
     @classmethod
     def paper(cls, origin: Array, damping_ratio: float = 0.0) -> TankLiquid:
-        """Take the one mode of Table 4, with O at a position in `base_link` [m]."""
-        modes = LiquidModes(
-            TABLE_4.omega, TABLE_4.mu, TABLE_4.coupling, np.full(1, float(damping_ratio))
+        """
+        Take the one mode of Table 4: a cosine, and the inertia of the frozen liquid.
+
+        Parameters
+        ----------
+        origin : array, shape (3,)
+            Position of O, here the axis of the half-full tank, in `base_link` [m].
+        damping_ratio : float
+            [-].
+        """
+        tank = cylinder_x(1.125, 14.0)
+        liquid, density = tank.filled(1.125), 1000.0
+        points = surface_grid(tank.length, tank.height)
+        coefficients = ModalCoefficients(
+            route='Table 4',
+            density=density,
+            liquid=liquid,
+            names=('x1',),
+            omega=TABLE_4.omega,
+            mu=TABLE_4.mu,
+            coupling=TABLE_4.coupling,
+            inertia_stokes_joukowski=density * liquid.inertia,
+            wall_friction=None,
+            surface_points=points,
+            surface_shapes=np.cos(np.pi * (points[:, :1] / tank.length + 0.5)),
         )
-        return cls(
-            modes, ('x1',), origin, np.eye(3), np.zeros((3, 3)), np.ones((1, 1)), wave_room=1.125
+        return cls.of(coefficients, np.full(1, float(damping_ratio)), origin, tank=tank)
+
+    @property
+    def frozen(self) -> RigidCargo:
+        """The same liquid, frozen."""
+        c, turn = self.coefficients, self.rotation
+        assert c is not None
+        about_centroid = c.inertia_frozen - c.mass * _parallel_axis(c.liquid.centroid)
+        return RigidCargo(
+            c.mass,
+            _three(self.origin + turn @ c.liquid.centroid),
+            tuple(_three(row) for row in turn @ about_centroid @ turn.T),
         )
+
+    def elevation_max(self, beta: Array) -> Array:
+        """Greatest height or depth of the waves (N,), NaN if the shapes are not known [m]."""
+        if self.coefficients is None:
+            return np.full(len(beta), np.nan)
+        highest = np.zeros(len(beta))
+        for shape in self.coefficients.surface_shapes:  # the product of all would be huge
+            np.maximum(highest, np.abs(beta @ shape), out=highest)
+        return highest
+
+    def trust(
+        self, time: Array, beta: Array, beta_rate: Array, driving: Array, rate: Array
+    ) -> list[Trust]:
+        """
+        Judge linear theory, as slosh_node does, at each of N instants.
+
+        Parameters
+        ----------
+        time : array, shape (N,)
+            [s].
+        beta, beta_rate, driving : array, shape (N, n)
+            Modal coordinates, their rates, and the specific force on each mode per modal mass
+            [m, m/s, m/s^2].
+        rate : array, shape (N, 3)
+            Angular rate [rad/s].
+        """
+        c = self.coefficients
+        if c is None or self.tank is None:
+            return [UNMOVED] * len(time)
+        watch, m = TrustWatch(self.tank, c), self.modes
+        damped = m.omega * np.sqrt(1.0 - m.damping_ratio**2)
+        envelope = np.hypot(beta, (beta_rate + m.damping_ratio * m.omega * beta) / damped)
+        steps = np.diff(time, prepend=time[0]).tolist()
+        highest = self.elevation_max(beta).tolist()
+        rows = zip(highest, envelope, driving, steps, rate, strict=True)
+        return [watch.judge(*row) for row in rows]
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,13 +330,31 @@ class SloshingCargo:
         array, shape (N,)
             NaN where a tank does not tell its mode shapes [m].
         """
-        heights = [self._wave(tank, part) for tank, part in self._parts(beta)]
+        heights = [tank.elevation_max(part) for tank, part in self._parts(beta)]
         return np.max(heights, axis=0) if heights else np.zeros(len(beta))
 
-    def wave_use(self, beta: Array) -> Array:
-        """Greatest wave height over the smaller of depth and freeboard of its tank, (N,) [-]."""
-        uses = [self._wave(tank, part) / tank.wave_room for tank, part in self._parts(beta)]
-        return np.max(uses, axis=0) if uses else np.zeros(len(beta))
+    def trust(
+        self, time: Array, beta: Array, beta_rate: Array, specific_force: Array, rate: Array
+    ) -> tuple[Trust, ...]:
+        """
+        Judge linear theory at each of N instants, in the tank where it is nearest its end.
+
+        Parameters
+        ----------
+        time : array, shape (N,)
+            [s].
+        beta, beta_rate : array, shape (N, n)
+            Modal coordinates and their rates [m, m/s].
+        specific_force, rate : array, shape (N, 3)
+            Of `base_link` [m/s^2, rad/s].
+        """
+        worst = [UNMOVED] * len(time)
+        driving = specific_force @ self.modes.coupling[:, :3].T / self.modes.mu
+        parts = (self._parts(values) for values in (beta, beta_rate, driving))
+        for (tank, here), (_, moving), (_, driven) in zip(*parts, strict=True):
+            judged = tank.trust(time, here, moving, driven, rate)
+            worst = [max(pair, key=Trust.use) for pair in zip(worst, judged, strict=True)]
+        return tuple(worst)
 
     def _parts(self, beta: Array) -> list[tuple[TankLiquid, Array]]:
         if beta.shape[1] != len(self.modes.omega):
@@ -263,14 +363,15 @@ class SloshingCargo:
         parts = np.split(beta, ends, axis=1)[:-1]
         return list(zip(self.tanks, parts, strict=True))
 
-    @staticmethod
-    def _wave(tank: TankLiquid, beta: Array) -> Array:
-        if tank.surface_shapes is None:
-            return np.full(len(beta), np.nan)
-        highest = np.zeros(len(beta))
-        for shape in tank.surface_shapes:  # point by point: the product of all would be huge
-            np.maximum(highest, np.abs(beta @ shape), out=highest)
-        return highest
+
+def _parallel_axis(arm: Array) -> Array:
+    """Inertia (3, 3) of a unit mass at the end of an arm (3,) [m^2]."""
+    return np.asarray(arm @ arm * np.eye(3) - np.outer(arm, arm))
+
+
+def _three(vector: Array) -> Three:
+    x, y, z = vector.tolist()
+    return x, y, z
 
 
 def _joined(parts: Sequence[Array]) -> Array:

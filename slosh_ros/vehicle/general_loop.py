@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.vehicle.cargo import SloshingCargo
 from slosh_ros.vehicle.dynamics import (
@@ -16,11 +17,13 @@ from slosh_ros.vehicle.dynamics import (
     HEADING_AT,
     MAX_STEP,
     STATES,
+    TILT,
     Drive,
     TruckDynamics,
 )
 from slosh_ros.vehicle.general_truck import GAMMA, PLANAR, VELOCITIES, U, V
 from slosh_ros.vehicle.history import History
+from slosh_ros.vehicle.journey import Contact
 
 Array = NDArray[np.float64]
 
@@ -122,7 +125,17 @@ def _collect(
         wheel_loads=truck.wheel_loads(q, y[:, PLANAR:], height, rate, side),
         side_forces=side,
         road=height,
-        names=cargo.names,
-        elevation_max=cargo.elevation_max(beta),
-        wave_use=cargo.wave_use(beta),
+        contacts=_contacts(drive, time, x[:, DISTANCE_AT]),
+        specific_force=felt[:, :3] + q @ TILT[:3].T + [0.0, 0.0, GRAVITY],
+        cargo=cargo,
     )
+
+
+def _contacts(drive: Drive, time: Array, distance: Array) -> tuple[Contact, ...]:
+    """Find when the axles pass the edges of the road, between two instants linearly."""
+    edges = drive.road.edges
+    if not edges:
+        return ()
+    marks = np.add.outer(drive.truck.parameters.wheel_offsets, [edges[0], edges[-1]])
+    reached = np.interp(marks, distance, time, right=np.inf).tolist()
+    return tuple(Contact(i, *ends) for i, ends in enumerate(reached, start=1))

@@ -10,8 +10,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from slosh_ros.modal.validity import Trust
 from slosh_ros.vehicle.cargo import SloshingCargo
 from slosh_ros.vehicle.closed_loop import ClosedLoopResult
+from slosh_ros.vehicle.journey import Contact
 from slosh_ros.vehicle.stability import (
     WHEELS,
     LoadTransfer,
@@ -57,12 +59,12 @@ class History:
         Of the axles, positive to the left [N].
     road : array, shape (N, 4, 2)
         Height of the road under the wheels [m].
-    names : tuple of str
-        One for each mode.
-    elevation_max : array, shape (N,)
-        Greatest height or depth of the waves [m]; NaN if the mode shapes are not known.
-    wave_use : array, shape (N,)
-        The same over the smaller of depth and freeboard [-].
+    contacts : tuple of Contact
+        When each axle is on the bump; empty without one.
+    specific_force : array, shape (N, 3)
+        Of `base_link`, in its axes: +g on z at rest [m/s^2].
+    cargo : SloshingCargo
+        The liquid.
     """
 
     time: Array
@@ -83,9 +85,9 @@ class History:
     wheel_loads: Array
     side_forces: Array
     road: Array
-    names: tuple[str, ...]
-    elevation_max: Array
-    wave_use: Array
+    contacts: tuple[Contact, ...]
+    specific_force: Array
+    cargo: SloshingCargo
 
     @classmethod
     def of_paper(cls, result: ClosedLoopResult, cargo: SloshingCargo, road: Array) -> History:
@@ -128,9 +130,9 @@ class History:
             wheel_loads=np.repeat(result.axle_loads[:, :, np.newaxis] / 2.0, 2, axis=2),
             side_forces=np.zeros((n, 4)),
             road=np.repeat(road[:, :, np.newaxis], 2, axis=2),
-            names=cargo.names,
-            elevation_max=cargo.elevation_max(result.beta),
-            wave_use=cargo.wave_use(result.beta),
+            contacts=result.contacts if np.any(road) else (),
+            specific_force=result.specific_force,
+            cargo=cargo,
         )
 
     @property
@@ -142,6 +144,27 @@ class History:
     def yaw_rate(self) -> Array:
         """Yaw rate of the semitrailer, shape (N,) [rad/s]."""
         return np.asarray(self.planar_rate[:, 2] + self.planar_rate[:, 3])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """One for each mode."""
+        return self.cargo.names
+
+    @cached_property
+    def elevation_max(self) -> Array:
+        """Greatest height or depth of the waves, shape (N,); NaN if it is not known [m]."""
+        return self.cargo.elevation_max(self.beta)
+
+    @cached_property
+    def trust(self) -> tuple[Trust, ...]:
+        """How far linear theory of the liquid is used up, at each instant."""
+        rate = np.column_stack([self.q_rate[:, 5], self.q_rate[:, 4], self.yaw_rate])
+        return self.cargo.trust(self.time, self.beta, self.beta_rate, self.specific_force, rate)
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Whether the liquid's motion is mild enough for linear theory, shape (N,)."""
+        return np.array([trust.valid for trust in self.trust])
 
     @cached_property
     def transfer(self) -> LoadTransfer:
@@ -156,7 +179,7 @@ class History:
     @cached_property
     def warnings(self) -> tuple[Warn, ...]:
         """What takes the result out of its theory."""
-        return warnings_of(self.time, self.wheel_loads, self.wave_use, self.articulation)
+        return warnings_of(self.time, self.wheel_loads, self.trust, self.articulation)
 
     @property
     def figures(self) -> StabilityFigures:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from slosh_ros.vehicle.general_simulator import GeneralSimulator
 from slosh_ros.vehicle.general_truck import GeneralParameters, GeneralTruck
 from slosh_ros.vehicle.history import History
 from slosh_ros.vehicle.journey import Journey
+from slosh_ros.vehicle.liquid import CALIBRATED_DAMPING_RATIO
 from slosh_ros.vehicle.manoeuvre import Manoeuvre
 from slosh_ros.vehicle.road import ROUGHNESS, Bump, Profile, Road, Track, random_road
 from slosh_ros.vehicle.simulator import TruckSimulator
@@ -284,6 +285,34 @@ class Scenario:
         x, y, z = self.plan.truck.cargo.centroid
         return np.array([x, y, z + TruckParameters.corrected().surface_height])
 
+    @property
+    def label(self) -> str:
+        """What the cargo is, in words that tell the variants apart."""
+        if self.solid:
+            return 'solid cargo'
+        if self.table_4:
+            return 'Table 4'
+        if isinstance(self.plan, Journey):
+            return 'exact coefficients'
+        return 'exact inertia' if self.exact_inertia else 'frozen inertia'
+
+    @property
+    def variants(self) -> dict[str, Scenario]:
+        """
+        The same drive with other cargoes, to set side by side: by label, itself first.
+
+        Beside the coefficients of Table 4 those of the tank, beside one inertia of the liquid the
+        other, and the solid cargo.
+        """
+        liquid = replace(self, solid=False)
+        others = [liquid]
+        if self.table_4:
+            others.append(replace(liquid, table_4=False))
+        elif isinstance(self.plan, Drive):
+            others.append(replace(liquid, exact_inertia=not self.exact_inertia))
+        others.append(replace(self, solid=True))
+        return {variant.label: variant for variant in (self, *others)}
+
     def sloshing(self, tanks: Sequence[TankLiquid]) -> SloshingCargo:
         """
         Choose what sloshes.
@@ -291,13 +320,31 @@ class Scenario:
         Parameters
         ----------
         tanks : sequence of TankLiquid
-            The tanks of slosh_node; see `TankLiquid.of` and `exact_inertia`.
+            The tanks of slosh_node, with their exact inertia; not needed for a solid cargo and
+            for Table 4.
+
+        Raises
+        ------
+        InputError
+            If the tanks do not hold the liquid that the truck carries.
         """
         if self.solid:
             return SloshingCargo.none()
         if self.table_4:
-            return SloshingCargo.of(TankLiquid.paper(self.liquid_origin))
-        return SloshingCargo.of(*tanks)
+            return SloshingCargo.of(self._paper_liquid())
+        self.check_liquid(RigidCargo.joined(*(tank.frozen for tank in tanks)))
+        if self.exact_inertia:
+            return SloshingCargo.of(*tanks)
+        return SloshingCargo.of(*(replace(tank, relief=np.zeros((3, 3))) for tank in tanks))
+
+    def _paper_liquid(self) -> TankLiquid:
+        """Give Table 4's mode; the calibration of the truck goes with a damping of its own."""
+        calibrated = (
+            isinstance(self.plan, Journey)
+            and self.plan.truck.parameters == TruckParameters.calibrated()
+        )
+        damping_ratio = CALIBRATED_DAMPING_RATIO if calibrated else 0.0
+        return TankLiquid.paper(self.liquid_origin, damping_ratio)
 
     def check_liquid(self, found: RigidCargo) -> None:
         """

@@ -6,6 +6,7 @@ Everything is returned as data; the shells say it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
-from slosh_ros.modal.validity import WAVE_LIMIT
+from slosh_ros.modal.validity import UNMOVED, Criterion, Trust
 from slosh_ros.vehicle.cargo import SloshingCargo
 from slosh_ros.vehicle.dynamics import DEVIATIONS, LinearSystem
 from slosh_ros.vehicle.general_truck import LATERAL, PHI_S, PLANAR, THETA_S, GeneralTruck, V
 
 Array = NDArray[np.float64]
+Kind = Literal['contact', 'liquid', 'articulation']
 
 ARTICULATION_LIMIT = 0.35
 """Articulation up to which its cosine may be taken as one [rad]."""
@@ -80,23 +82,25 @@ class Warn:
     Attributes
     ----------
     kind : str
-        `contact`: a wheel has lifted off, which the linear springs do not know; `wave`: the wave
-        is too high for linear theory; `articulation`: the units make too large an angle.
+        `contact`: a wheel has lifted off, which the linear springs do not know; `liquid`: linear
+        theory of its motion is left; `articulation`: the units make too large an angle.
     where : str
-        Which wheel (`1l` .. `4r`); empty where there is only one place.
+        Which wheel (`1l` .. `4r`), or by which criterion; empty where there is only one place.
     first : float
         When it first happened [s].
     worst : float
-        Lowest wheel load [N], highest wave over the smaller of depth and freeboard [-], largest
-        articulation [rad].
+        Lowest wheel load [N], largest value of the criterion [-], largest articulation [rad].
+    limit : float
+        Of the same.
     share : float
         Share of the time [-].
     """
 
-    kind: Literal['contact', 'wave', 'articulation']
+    kind: Kind
     where: str
     first: float
     worst: float
+    limit: float
     share: float
 
 
@@ -105,7 +109,7 @@ WHEELS = tuple(f'{axle}{side}' for axle in (1, 2, 3, 4) for side in 'lr')
 
 
 def warnings_of(
-    time: Array, wheel_loads: Array, wave_use: Array, articulation: Array
+    time: Array, wheel_loads: Array, trust: Sequence[Trust], articulation: Array
 ) -> tuple[Warn, ...]:
     """
     Find what takes a result out of its theory.
@@ -116,8 +120,8 @@ def warnings_of(
         [s].
     wheel_loads : array, shape (N, 4, 2)
         [N].
-    wave_use : array, shape (N,)
-        Wave height over the smaller of depth and freeboard [-].
+    trust : sequence of Trust, length N
+        In the linear theory of the liquid.
     articulation : array, shape (N,)
         [rad].
 
@@ -128,19 +132,21 @@ def warnings_of(
     found: list[Warn] = []
 
     def look(
-        kind: Literal['contact', 'wave', 'articulation'], where: str, excess: Array, worst: float
+        kind: Kind, where: str, beyond: NDArray[np.bool_], worst: float, limit: float
     ) -> None:
-        beyond = excess > 0.0
-        if np.any(beyond):
-            found.append(
-                Warn(kind, where, float(time[beyond.argmax()]), worst, float(beyond.mean()))
-            )
+        if beyond.any():
+            first, share = float(time[beyond.argmax()]), float(beyond.mean())
+            found.append(Warn(kind, where, first, worst, limit, share))
 
     for wheel, load in zip(WHEELS, wheel_loads.reshape(len(time), -1).T, strict=True):
-        look('contact', wheel, -load, float(load.min()))
-    look('wave', '', wave_use - WAVE_LIMIT, float(np.max(wave_use)))
+        look('contact', wheel, load < 0.0, float(load.min()), 0.0)
+    for criterion in Criterion:
+        beyond = np.array([t.criterion is criterion and not t.valid for t in trust])
+        most = max((t for t in trust if t.criterion is criterion), key=Trust.use, default=UNMOVED)
+        look('liquid', criterion.value, beyond, most.value, most.limit)
     angle = np.abs(articulation)
-    look('articulation', '', angle - ARTICULATION_LIMIT, float(angle.max()))
+    beyond = angle > ARTICULATION_LIMIT
+    look('articulation', '', beyond, float(angle.max()), ARTICULATION_LIMIT)
     return tuple(found)
 
 
@@ -310,10 +316,10 @@ class StabilityFigures:
         Largest magnitudes of the load transfer ratios of vehicle and units [-].
     axles : tuple of float, length 4
         The same of each axle [-].
-    lowest_load : float
-        Of all wheels [N].
-    lift_off : float
-        When the first wheel lifted off [s]; infinite if none did.
+    lowest_loads : tuple of float, length 4
+        Of the wheels of each axle [N].
+    lift_offs : tuple of float, length 4
+        When a wheel of each axle first lifted off [s]; infinite if none did.
     roll, pitch : float
         Largest magnitudes of the semitrailer's deviations [rad].
     lateral_acceleration : float
@@ -324,8 +330,8 @@ class StabilityFigures:
     tractor: float
     semitrailer: float
     axles: tuple[float, ...]
-    lowest_load: float
-    lift_off: float
+    lowest_loads: tuple[float, ...]
+    lift_offs: tuple[float, ...]
     roll: float
     pitch: float
     lateral_acceleration: float
@@ -347,18 +353,25 @@ class StabilityFigures:
             Lateral acceleration [m/s^2].
         """
         transfer = LoadTransfer.of(wheel_loads)
-        lifted = np.any(wheel_loads < 0.0, axis=(1, 2))
+        lowest = wheel_loads.min(axis=2)
+        lifted = lowest < 0.0
+        since = np.where(lifted.any(axis=0), time[lifted.argmax(axis=0)], np.inf)
         return cls(
             load_transfer=float(np.abs(transfer.vehicle).max()),
             tractor=float(np.abs(transfer.tractor).max()),
             semitrailer=float(np.abs(transfer.semitrailer).max()),
             axles=tuple(np.abs(transfer.axles).max(axis=0).tolist()),
-            lowest_load=float(wheel_loads.min()),
-            lift_off=float(time[lifted.argmax()]) if lifted.any() else float('inf'),
+            lowest_loads=tuple(lowest.min(axis=0).tolist()),
+            lift_offs=tuple(since.tolist()),
             roll=float(np.abs(q[:, PHI_S - PLANAR]).max()),
             pitch=float(np.abs(q[:, THETA_S - PLANAR]).max()),
             lateral_acceleration=float(np.abs(lateral).max()),
         )
+
+    @property
+    def lift_off(self) -> float:
+        """When the first wheel lifted off [s]; infinite if none did."""
+        return min(self.lift_offs)
 
 
 @dataclass
