@@ -13,7 +13,8 @@ from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import ModalCoefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
-from slosh_ros.hydro.section import _Functions, _peaks, section_coefficients
+from slosh_ros.hydro.section import _Family, _peaks, section_coefficients
+from slosh_ros.hydro.section_functions import Parity
 from slosh_ros.hydro.section_mesh import DEFAULT, Resolution, half_section
 from slosh_ros.tank import Circle, UniformTank, cylinder_x, rectangular
 
@@ -73,11 +74,8 @@ def lowest(c: ModalCoefficients, count: int) -> ModalCoefficients:
 
 def plane_eigenvalues(parity: str, depth: float, resolution: Resolution = DEFAULT) -> Array:
     """Eigenvalues kappa of the unit circle for a = 0, the constant excepted."""
-    half = half_section(UNIT, depth, resolution)
-    tiny = 1e-4  # in place of 0, for which K + k^2 M is singular
-    if parity == 'even':
-        return _Functions(half, np.ones_like(half.on_axis), tiny**2).steklov(tiny)[0][1:]
-    return _Functions(half, ~half.on_axis, tiny**2).steklov(0.0)[0]
+    functions = half_section(UNIT, depth, resolution).whole(Parity[parity.upper()])
+    return _Family(functions, UNIT.moments(depth), 1.0).steklov(0.0)[0]
 
 
 def kappa(c: ModalCoefficients) -> Array:

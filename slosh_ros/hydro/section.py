@@ -5,32 +5,42 @@ A mode is phi = cos k(x + L/2) psi(y, z) with k = a pi/L. In the section, psi ob
 
     lap psi = k^2 psi,  dpsi/dn = 0 on the wall,  dpsi/dz = kappa psi on the free surface,
 
-in weak form (K + k^2 M) psi = kappa S psi. It is even or odd in y, so that half the section will
-do. Surge (a odd, psi even), sway (a = 0, psi odd) and yaw (a odd, psi odd) are all that couple
-with the motion of the tank. K and M do not know k: their eigenpairs serve every a.
+in weak form (K + k^2 M) psi = kappa S psi. Those with a = 0 couple with sway and roll, those with
+a odd with surge, pitch and yaw, no others with the motion of the tank. K and M do not know k:
+their eigenpairs serve every a. In a symmetric section psi is even or odd in y, two problems of
+half the size.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import cholesky, eigh
+from scipy.linalg import eigh
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, surface_grid
 from slosh_ros.hydro.hyperbolic import sinh_ratio
-from slosh_ros.hydro.section_mesh import DEFAULT, HalfSection, Resolution, half_section
-from slosh_ros.tank import UniformTank
+from slosh_ros.hydro.section_functions import Parity, SectionFunctions
+from slosh_ros.hydro.section_mesh import DEFAULT, Resolution, half_section
+from slosh_ros.hydro.section_triangles import (
+    DEFAULT_TRIANGLES,
+    TriangleResolution,
+    polygon_functions,
+)
+from slosh_ros.tank import Polygon, SectionMoments, SymmetricSection, UniformTank
 
 # A mode couples if its share lambda^2/mu of the mass, or of a moment of inertia, of the frozen
 # liquid exceeds this. Rounding leaves some 1e-20; what is below is not felt even at resonance.
 COUPLING_SHARE = 1e-10
 
-_SAMPLES = np.linspace(0.0, 1.0, 1001)  # of half the surface, where the largest |psi| is sought
+_SAMPLES = 2001  # of each piece of the surface, among which the largest |psi| is sought
+_LEFTMOST_CREST = 0.5  # [max |f|] how high the crest at the left end stands that settles the sign
+_WAVES = 1.5  # shortest wave that is resolved, per estimate
+_FEWEST_WAVES = 4.0  # [half-waves across the surface], so that a few modes have a fine mesh, too
 
 
 def section_coefficients(
@@ -38,7 +48,7 @@ def section_coefficients(
     depth: float,
     density: float,
     modes: int,
-    resolution: Resolution = DEFAULT,
+    resolution: Resolution | TriangleResolution | None = None,
 ) -> ModalCoefficients:
     """
     Coefficients of the coupling modes of lowest natural frequency.
@@ -53,29 +63,30 @@ def section_coefficients(
         Density of the liquid [kg/m^3].
     modes : int
         Number of modes.
-    resolution : Resolution
+    resolution : Resolution, or TriangleResolution for a polygon, optional
         Size of the discrete problem; the default gives five digits or more, but three of the
-        wall friction in a nearly full tank.
+        wall friction in a nearly full tank and two at a corner that juts into the liquid.
 
     Raises
     ------
     InputError
-        If the section is far from convex.
+        If the liquid is not one pool, or the section too intricate or far from convex.
     """
-    liquid = tank.filled(depth)
-    half_width = tank.section.moments(depth).half_width
-    half = half_section(tank.section, depth, resolution)
-    shift = (np.pi / max(tank.length, 2.0 * half_width)) ** 2
-    even = _Functions(half, np.ones_like(half.on_axis), shift)
-    odd = _Functions(half, ~half.on_axis, shift)
+    liquid, moments = tank.filled(depth), tank.section.moments(depth)
+    shift = (np.pi / max(tank.length, moments.width)) ** 2
+    families = [
+        _Family(functions, moments, shift)
+        for functions in _functions(tank, depth, modes, moments, resolution)
+    ]
     whole = np.array([liquid.volume, liquid.volume, np.inf, *np.diag(liquid.inertia)])
 
     found: list[_Mode] = []
     for a in itertools.chain([0], itertools.count(1, 2)):
         new = [
             mode
-            for functions in ([even, odd] if a else [odd])
-            for mode in _modes(half, functions, a, tank.length)
+            for family in families
+            if a or family.functions.parity != Parity.EVEN
+            for mode in _modes(family, a, tank.length)
             if np.max(mode.coupling**2 / whole) > COUPLING_SHARE * mode.mu
         ]
         # the lowest frequency for this a rises with a
@@ -84,9 +95,13 @@ def section_coefficients(
         found = sorted(found + new, key=lambda mode: mode.kappa)
     found = found[:modes]
 
-    points = surface_grid(tank.length, 2.0 * half_width)
-    across = half.surface(1.0 - np.abs(points[:, 1]) / half_width)
-    side = np.sign(points[:, 1])
+    potentials = _Potentials(tank.length, moments, tuple(families), tuple(found))
+    points = np.concatenate(
+        [
+            surface_grid(tank.length, right - left) + [0.0, (left + right) / 2.0]
+            for left, right in moments.surface
+        ]
+    )
     return ModalCoefficients(
         route='section',
         density=density,
@@ -95,25 +110,52 @@ def section_coefficients(
         omega=np.sqrt(GRAVITY * np.array([mode.kappa for mode in found])),
         mu=density * np.array([mode.mu for mode in found]),
         coupling=density * np.array([mode.coupling for mode in found]),
-        inertia_stokes_joukowski=density * _stokes_joukowski(tank, depth, half, even, odd),
+        inertia_stokes_joukowski=density * _stokes_joukowski(tank.length, moments, families),
         wall_friction=np.array([mode.wall_friction for mode in found]),
         surface_points=points,
-        surface_shapes=np.stack(
-            [
-                np.cos(mode.a * np.pi * (points[:, 0] / tank.length + 0.5))
-                * (across @ mode.psi[: across.shape[1]])
-                * (side if mode.b % 2 else 1.0)
-                for mode in found
-            ],
-            axis=-1,
-        ),
-        potentials=_Potentials(tank.length, half, even, odd, tuple(found)),
+        surface_shapes=potentials.surface(points),
+        potentials=potentials,
     )
 
 
-class _Mode(NamedTuple):
-    """A mode for unit density; psi is its coefficients among the functions."""
+def _functions(
+    tank: UniformTank,
+    depth: float,
+    modes: int,
+    moments: SectionMoments,
+    resolution: Resolution | TriangleResolution | None,
+) -> Sequence[SectionFunctions]:
+    """Discretise the section: splines on half of a smooth one, triangles in a polygon."""
+    section = tank.section
+    if isinstance(section, Polygon):
+        assert not isinstance(resolution, Resolution)
+        waves = _shortest_wave(modes, tank.length, moments.width)
+        lowest = np.pi / tank.length
+        return polygon_functions(section, depth, (lowest, waves), resolution or DEFAULT_TRIANGLES)
+    assert isinstance(section, SymmetricSection)
+    assert not isinstance(resolution, TriangleResolution)
+    half = half_section(section, depth, resolution or DEFAULT)
+    return [half.whole(parity) for parity in (Parity.EVEN, Parity.ODD)]
 
+
+def _shortest_wave(modes: int, length: float, width: float) -> float:
+    """
+    Wave number beyond those of the lowest coupling modes, as they are counted on a rectangle.
+
+    Of the pairs (a, b), half-waves along and across, inside a quarter of an ellipse with the half
+    axes n L/W and n, those couple that are odd or zero: n (1 + L/W)/2 on the axes and
+    pi/16 n^2 L/W between.
+    """
+    ratio = length / width
+    on_axes, between = (1.0 + ratio) / 2.0, np.pi / 16.0 * ratio
+    n = 2.0 * modes / (on_axes + np.sqrt(on_axes**2 + 4.0 * between * modes))
+    return float(max(_WAVES * n, _FEWEST_WAVES) * np.pi / width)
+
+
+class _Mode(NamedTuple):
+    """A mode for unit density; psi is its coefficients among the functions of its family."""
+
+    family: _Family
     a: int
     b: int
     kappa: float
@@ -123,39 +165,42 @@ class _Mode(NamedTuple):
     psi: Array
 
 
-class _Functions:
+class _Family:
     """
-    The functions even, or odd, in y, and on them the inverse of K + k^2 M for all k at once.
+    Functions on the section, and on them the inverse of K + k^2 M for all k at once.
 
     With M X = (K + s M) X Theta and X^T (K + s M) X = 1, it is X (1 + (k^2 - s) Theta)^-1 X^T. The
-    shift s > 0 is for the constant, which K maps to zero. The knots are so dense at the contact
-    line that the smallest Theta have no digits; they hardly count. The other way round, in
-    K X = M X Lambda, the largest Lambda would cost the smallest theirs.
+    shift s > 0 is for the constant, which K maps to zero: the last of X, unless all are odd. Knots
+    and corners are so dense at the contact line that the smallest Theta have no digits; they
+    hardly count. The other way round, in K X = M X Lambda, the largest Lambda would cost the
+    smallest theirs.
 
     Parameters
     ----------
-    half : HalfSection
-        Half the section.
-    among : array of bool, shape (n,)
-        Which of its functions.
+    functions : SectionFunctions
+        The functions.
+    moments : SectionMoments
+        Of the liquid.
     shift : float
         The shift s, of the scale of the smallest k^2 or smaller [1/m^2].
     """
 
-    def __init__(self, half: HalfSection, among: NDArray[np.bool_], shift: float) -> None:
-        chosen = np.ix_(among, among)
-        mass = half.mass[chosen]
-        theta, vectors = eigh(mass, half.stiffness[chosen] + shift * mass)
+    def __init__(
+        self, functions: SectionFunctions, moments: SectionMoments, shift: float
+    ) -> None:
+        self.functions = functions
         self.shift = shift
-        self.theta: Array = np.maximum(theta, np.finfo(float).eps * theta[-1])
-        self.vectors: Array = np.zeros((len(among), len(theta)))
-        self.vectors[among] = vectors
-        self.is_odd = not among.all()
-        # S = C C^T on the free surface
-        wet = among[: len(half.surface_one)]
-        self._root: Array = self.vectors[: len(wet)][wet].T @ cholesky(
-            half.surface_mass[np.ix_(wet, wet)], lower=True
+        theta, self.vectors = eigh(
+            functions.mass, functions.stiffness + shift * functions.mass
         )
+        self.theta: Array = np.maximum(theta, np.finfo(float).eps * theta[-1])
+        self.has_constant = functions.parity != Parity.ODD
+        # piece by piece of the free surface, from the left
+        self.samples = [
+            functions.at_surface(np.linspace(left, right, _SAMPLES))
+            for left, right in moments.surface
+        ]
+        self._root: Array = self.vectors.T @ functions.surface_root
 
     @property
     def alpha(self) -> Array:
@@ -164,51 +209,65 @@ class _Functions:
         return np.sqrt(np.maximum(squared, np.finfo(float).tiny))
 
     def inverse(self, k: float) -> Array:
-        """Return the diagonal D of (K + k^2 M)^-1 = X D X^T."""
-        return 1.0 / (1.0 + (k**2 - self.shift) * self.theta)
+        """Return the diagonal D of (K + k^2 M)^-1 = X D X^T; for k = 0, 0 for the constant."""
+        if k > 0.0 or not self.has_constant:
+            return 1.0 / (1.0 + (k**2 - self.shift) * self.theta)
+        return np.append(1.0 / (1.0 - self.shift * self.theta[:-1]), 0.0)
 
     def steklov(self, k: float) -> tuple[Array, Array]:
-        """Return kappa, rising, and psi by columns, with psi^T S psi = 1."""
+        """
+        Return kappa, rising, and psi by columns, with psi^T S psi = 1.
+
+        For k = 0 the constant, kappa = 0, is left out.
+        """
         inverse = self.inverse(k)
-        # C^T psi = kappa C^T (X D X^T) C (C^T psi)
-        response, surface = eigh((self._root.T * inverse) @ self._root)
-        kappa = 1.0 / response[::-1]
-        weighted = inverse[:, np.newaxis] * (self._root @ surface[:, ::-1])
+        # with S = C C^T: C^T psi = kappa C^T (X D X^T) C (C^T psi)
+        response = (self._root.T * inverse) @ self._root
+        level = np.zeros(len(response))
+        if k == 0.0 and self.has_constant:
+            # the others have no mean over the surface: what of it comes in goes to the constant
+            level = self._root[-1] / np.linalg.norm(self._root[-1])
+            response -= np.outer(level, level @ response)
+            response -= np.outer(response @ level, level)
+        values, surface = eigh(response)
+        good = np.flatnonzero(values > np.finfo(float).eps * values[-1])[::-1]
+        kappa = 1.0 / values[good]
+        weighted = inverse[:, np.newaxis] * (self._root @ surface[:, good])
+        if level.any():
+            weighted[-1] = -(level @ self._root.T @ weighted) / np.linalg.norm(self._root[-1])
         return kappa, self.vectors @ weighted * kappa
 
 
-def _modes(half: HalfSection, functions: _Functions, a: int, length: float) -> list[_Mode]:
+def _modes(family: _Family, a: int, length: float) -> list[_Mode]:
     """All modes with `a` half-waves along the tank, and psi among the functions."""
-    k = a * np.pi / length
-    kappa, psi = functions.steklov(k)
-    surface = psi[: len(half.surface_one)]
-    # integrals over the half section and its surface: twice for the whole
+    k, f = a * np.pi / length, family.functions
+    kappa, psi = family.steklov(k)
     coupling = np.zeros((6, len(kappa)))
     if a == 0:
-        coupling[1] = 2.0 * length * half.surface_y @ surface
-        coupling[3] = 2.0 * length / kappa * (half.roll @ psi)
-    elif functions.is_odd:
-        coupling[5] = 4.0 / kappa * ((half.y - half.d_dy / k**2) @ psi)
+        coupling[1] = length * f.surface_y @ psi
+        coupling[3] = length / kappa * (f.roll @ psi)
     else:
-        coupling[0] = -4.0 / k**2 * half.surface_one @ surface
-        coupling[4] = 4.0 / kappa * ((half.d_dz / k**2 - half.z) @ psi)
-    mu = (length if a else 2.0 * length) / kappa  # eq (10)
-
-    # half the wall over the volume integral of |grad phi|^2: along the wall, and both ends; the
-    # integrals of sin^2 and cos^2 kx, and psi^T S psi = 1 on half the surface
+        coupling[0] = -2.0 / k**2 * f.surface_one @ psi
+        coupling[4] = 2.0 / kappa * ((f.d_dz / k**2 - f.z) @ psi)
+        coupling[5] = 2.0 / kappa * ((f.y - f.d_dy / k**2) @ psi)
+    # integrals of sin^2 and cos^2 kx
     sin2, cos2 = (length / 2.0, length / 2.0) if a else (0.0, length)
-    along_wall = k**2 * sin2 * _energies(half.wall_mass, psi)
-    along_wall += cos2 * _energies(half.wall_stiffness, psi)
-    ends = 2.0 * _energies(half.stiffness, psi)
+    mu = cos2 / kappa  # eq (10)
+
+    # half the wall over the volume integral of |grad phi|^2: along the wall, and both ends
+    along_wall = k**2 * sin2 * _energies(f.wall_mass, psi)
+    along_wall += cos2 * _energies(f.wall_stiffness, psi)
+    ends = 2.0 * _energies(f.stiffness, psi)
     friction = (along_wall + ends) / (2.0 * kappa * cos2)
 
-    # f is positive at (-x, -y), hence psi at the contact line y > 0 if even, -psi if odd
-    sign = np.where((surface[0] > 0.0) == functions.is_odd, -1.0, 1.0)
-    scale = sign / _peaks(half.surface(_SAMPLES) @ surface)
+    pieces = [samples @ psi for samples in family.samples]
+    scale = _signs(np.concatenate(pieces)) / np.max([_peaks(piece) for piece in pieces], axis=0)
+    step = 1 if f.parity == Parity.NONE else 2
+    first = int(f.parity == Parity.ODD) + step * (a == 0 and family.has_constant)
     columns = zip(
         kappa, mu * scale**2, friction, (coupling * scale).T, (psi * scale).T, strict=True
     )
-    return [_Mode(a, 2 * n + functions.is_odd, *column) for n, column in enumerate(columns)]
+    return [_Mode(family, a, first + step * n, *column) for n, column in enumerate(columns)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,49 +280,63 @@ class _Potentials:
 
         Omega_5 = -x z + 2 sum_m <z, N_m> N_m w_m,    Omega_6 = x y - 2 sum_m <y, N_m> N_m w_m,
 
-    and Omega_4 is the plane Neumann problem of the section. All are odd in x or y, so that their
-    means over the free surface are zero.
+    and Omega_4 is the plane Neumann problem of the section, less its mean over the free surface;
+    the others are odd in x.
     """
 
     length: float
-    half: HalfSection
-    even: _Functions
-    odd: _Functions
+    moments: SectionMoments
+    families: tuple[_Family, ...]
     found: tuple[_Mode, ...]
 
     def modes(self, points: Array) -> Array:
-        x, y, _ = points.T
-        parity = np.array([mode.b % 2 for mode in self.found], dtype=bool)
+        """Potentials phi_j of the modes, shape (p, n) [-]."""
+        values = [family.functions.at(points[:, 1:]) for family in self.families]
+        return self._along(points, values)
+
+    def surface(self, points: Array) -> Array:
+        """Shapes f_j of the modes at points x, y of the free surface, shape (p, n) [-]."""
+        values = [family.functions.at_surface(points[:, 1]) for family in self.families]
+        return self._along(points, values)
+
+    def _along(self, points: Array, values: Sequence[Array]) -> Array:
+        """Waves along the tank times psi, of the values of each family's functions."""
+        across = dict(zip(self.families, values, strict=True))
+        psi = np.stack([across[mode.family] @ mode.psi for mode in self.found], axis=-1)
         k = np.pi / self.length * np.array([mode.a for mode in self.found])
-        psi = self._functions(points) @ np.array([mode.psi for mode in self.found]).T
-        across = np.where(parity, np.sign(y)[:, np.newaxis], 1.0) * psi
-        return np.asarray(np.cos(np.outer(x + self.length / 2.0, k)) * across)
+        return np.asarray(np.cos(np.outer(points[:, 0] + self.length / 2.0, k)) * psi)
 
     def stokes_joukowski(self, points: Array) -> Array:
+        """Potentials Omega_4, Omega_5, Omega_6 of rotation, shape (p, 3) [m^2]."""
         x, y, z = points.T
-        values, side = self._functions(points), np.sign(y)
-        half, odd = self.half, self.odd
-        roll = values @ odd.vectors @ (odd.inverse(0.0) * (half.roll @ odd.vectors))
-
-        def along(functions: _Functions, arm: Array, slope: Array) -> Array:
-            ends = sinh_ratio(functions.alpha, x[:, np.newaxis], self.length / 2.0)
-            # <z, N> = <1, dN/dz>/alpha^2 by Green's identity: the smallest Theta have no digits
-            products = slope @ functions.vectors * functions.inverse(0.0)
-            if not functions.is_odd:  # but of the constant, the last
-                products[-1] = arm @ functions.vectors[:, -1] / functions.theta[-1]
-            return np.asarray(2.0 * np.sum(values @ functions.vectors * ends * products, axis=1))
-
-        pitch = along(self.even, half.z, half.d_dz) - x * z
-        yaw = x * y - side * along(odd, half.y, half.d_dy)
-        return np.stack([side * roll, pitch, yaw], axis=-1)
-
-    def _functions(self, points: Array) -> Array:
-        return self.half.fan.values(np.stack([np.abs(points[:, 1]), points[:, 2]], axis=-1))
+        omega = np.stack([0.0 * x, -x * z, x * y], axis=-1)
+        for family in self.families:
+            f = family.functions
+            values = f.at(points[:, 1:]) @ family.vectors
+            still = family.inverse(0.0)
+            turning = still * (f.roll @ family.vectors)
+            mean = f.surface_one @ family.vectors @ turning / self.moments.width
+            omega[:, 0] += values @ turning - mean
+            ends = sinh_ratio(family.alpha, x[:, np.newaxis], self.length / 2.0)
+            for axis, arm, slope in ((1, f.z, f.d_dz), (2, -f.y, -f.d_dy)):
+                # <z, N> = <1, dN/dz>/alpha^2 by Green's identity: the smallest Theta have no digits
+                products = slope @ family.vectors * still
+                if family.has_constant:  # but of the constant, the last
+                    products[-1] = arm @ family.vectors[:, -1] / family.theta[-1]
+                omega[:, axis] += 2.0 * np.sum(values * ends * products, axis=1)
+        return omega
 
 
 def _energies(form: Array, columns: Array) -> Array:
     """Value of a quadratic form for each column."""
     return np.asarray(np.einsum('ij,ij->j', form @ columns, columns))
+
+
+def _signs(samples: Array) -> Array:
+    """Sign that makes the leftmost crest or trough of each column a crest."""
+    modulus = np.abs(samples)
+    first = np.argmax(modulus >= _LEFTMOST_CREST * modulus.max(axis=0), axis=0)
+    return np.sign(samples[first, np.arange(samples.shape[1])])
 
 
 def _peaks(samples: Array) -> Array:
@@ -278,17 +351,28 @@ def _peaks(samples: Array) -> Array:
 
 
 def _stokes_joukowski(
-    tank: UniformTank, depth: float, half: HalfSection, even: _Functions, odd: _Functions
+    length: float, moments: SectionMoments, families: Sequence[_Family]
 ) -> Array:
-    """Inertia of the liquid under a closed lid about O, for unit density [m^5]."""
-    length, section = tank.length, tank.section.moments(depth)
+    """
+    Inertia of the liquid under a closed lid about O, for unit density [m^5].
 
-    def across(functions: _Functions, arm: Array, second_moment: float) -> float:
-        # The constant is among the Neumann pairs (N, alpha^2) here: 4 A zbar^2 L is its term.
-        alpha = functions.alpha
-        products = 2.0 * (arm @ functions.vectors) ** 2 / functions.theta
-        ends = 8.0 * np.sum(products * np.tanh(alpha * length / 2.0) / alpha)
-        return section.area * length**3 / 12.0 - 3.0 * length * second_moment + float(ends)
+    Of the potentials -x u + ... of pitch and yaw, with u = z and u = -y, it is
 
-    roll = 2.0 * length * np.sum((half.roll @ odd.vectors) ** 2 * odd.inverse(0.0))
-    return np.diag([roll, across(even, half.z, section.zz), across(odd, half.y, section.yy)])
+        A L^3/12 - 3 L <u_i, u_k> + 8 sum_m <u_i, N_m> <u_k, N_m> tanh(alpha_m L/2)/alpha_m,
+
+    the first for i = k only. Roll is uniform along x and they are odd: none of it is in both.
+    """
+    m = moments
+    inertia = np.zeros((3, 3))
+    inertia[1:, 1:] = m.area * length**3 / 12.0 * np.eye(2) - 3.0 * length * np.array(
+        [[m.zz, -m.yz], [-m.yz, m.yy]]
+    )
+    for family in families:
+        f, alpha = family.functions, family.alpha
+        turning = f.roll @ family.vectors
+        inertia[0, 0] += length * turning**2 @ family.inverse(0.0)
+        arms = np.stack([f.z, -f.y]) @ family.vectors
+        inertia[1:, 1:] += (
+            8.0 * (arms * np.tanh(alpha * length / 2.0) / (alpha * family.theta)) @ arms.T
+        )
+    return inertia

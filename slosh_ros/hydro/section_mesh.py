@@ -19,12 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.linalg import cholesky
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.spatial import cKDTree
 
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import Array
-from slosh_ros.tank import Section
+from slosh_ros.hydro.section_functions import Parity, SectionFunctions
+from slosh_ros.tank import SymmetricSection
 
 # Below O, the straight rays end at so many half widths of the free surface, the scale on which
 # modes decay downwards, but not below these shares of the depth.
@@ -106,6 +108,55 @@ class HalfSection:
     on_axis: NDArray[np.bool_]
     fan: Fan
 
+    def whole(self, parity: Parity) -> SectionFunctions:
+        """Continue the functions evenly or oddly to y < 0: integrals over the whole section."""
+        is_odd = parity == Parity.ODD
+        among = ~self.on_axis if is_odd else np.ones_like(self.on_axis)
+        at_surface = among[: len(self.surface_one)]
+        root = np.zeros((np.count_nonzero(among), np.count_nonzero(at_surface)))
+        root[: root.shape[1]] = cholesky(
+            2.0 * self.surface_mass[np.ix_(at_surface, at_surface)], lower=True
+        )
+        half_width = float(self.fan.net[0, 0, 0])
+
+        def matrix(half: Array) -> Array:
+            return 2.0 * half[np.ix_(among, among)]
+
+        def vector(half: Array, half_is_odd: bool) -> Array:
+            # the functions of the free surface come first
+            full = np.pad(half, (0, len(among) - len(half)))
+            return 2.0 * full[among] * (is_odd == half_is_odd)
+
+        def mirrored(values: Array, y: Array) -> Array:
+            return values * np.sign(y)[:, np.newaxis] if is_odd else values
+
+        def on_surface(y: Array) -> Array:
+            values = np.zeros((len(y), len(among)))
+            values[:, : len(at_surface)] = self.surface(1.0 - np.abs(y) / half_width)
+            return mirrored(values[:, among], y)
+
+        def anywhere(points: Array) -> Array:
+            half = np.stack([np.abs(points[:, 0]), points[:, 1]], axis=-1)
+            return mirrored(self.fan.values(half)[:, among], points[:, 0])
+
+        return SectionFunctions(
+            parity=parity,
+            stiffness=matrix(self.stiffness),
+            mass=matrix(self.mass),
+            d_dy=vector(self.d_dy, True),
+            d_dz=vector(self.d_dz, False),
+            y=vector(self.y, True),
+            z=vector(self.z, False),
+            roll=vector(self.roll, True),
+            wall_mass=matrix(self.wall_mass),
+            wall_stiffness=matrix(self.wall_stiffness),
+            surface_root=root,
+            surface_one=vector(self.surface_one, False),
+            surface_y=vector(self.surface_y, True),
+            at_surface=on_surface,
+            at=anywhere,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Fan:
@@ -174,7 +225,7 @@ class Fan:
         return np.asarray(np.einsum('kdp,pk->dp', rays, blend))
 
 
-def half_section(section: Section, depth: float, resolution: Resolution = DEFAULT) -> HalfSection:
+def half_section(section: SymmetricSection, depth: float, resolution: Resolution = DEFAULT) -> HalfSection:
     """
     Functions on half of the liquid in a section.
 
@@ -260,7 +311,7 @@ def _splines(breaks: Array, degree: int, corners: Array = _UNIT[:0]) -> BSpline:
     return BSpline(knots, np.eye(len(knots) - degree - 1), degree)
 
 
-def _control_net(section: Section, depth: float, along: BSpline) -> Array:
+def _control_net(section: SymmetricSection, depth: float, along: BSpline) -> Array:
     """Spline coefficients of the rays, shape (4, 2, m): surface, two straight ones, wall."""
     # the Greville points: the coefficients of the spline that equals rho
     rho = sliding_window_view(along.t[1:-1], along.k).mean(axis=1).clip(0.0, 1.0)

@@ -5,22 +5,46 @@ A new shape of uniform section is one class in :mod:`slosh_ros.tank.section`; a 
 one class beside :class:`~slosh_ros.tank.uniform.UniformTank`.
 """
 
-from slosh_ros.tank.section import Circle, Rectangle, Section, SectionMoments
-from slosh_ros.tank.uniform import LiquidAtRest, UniformTank, cylinder_x, rectangular
+from slosh_ros.tank.polygon import Polygon
+from slosh_ros.tank.section import (
+    Circle,
+    Ellipse,
+    Rectangle,
+    RoundedRectangle,
+    Section,
+    SectionMoments,
+    SymmetricSection,
+)
+from slosh_ros.tank.uniform import (
+    LiquidAtRest,
+    UniformTank,
+    cylinder_x,
+    ellipse_x,
+    rectangular,
+    rounded_rectangle_x,
+    section_x,
+)
 from slosh_ros.tank.upright import UprightCylinder, cylinder_z
 
 Tank = UniformTank | UprightCylinder
 
 __all__ = [
     'Circle',
+    'Ellipse',
     'LiquidAtRest',
+    'Polygon',
     'Rectangle',
+    'RoundedRectangle',
     'Section',
     'SectionMoments',
+    'SymmetricSection',
     'Tank',
     'UniformTank',
     'UprightCylinder',
     'cylinder_x',
     'cylinder_z',
+    'ellipse_x',
     'rectangular',
+    'rounded_rectangle_x',
+    'section_x',
 ]

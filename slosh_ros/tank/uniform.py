@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
-from slosh_ros.tank.section import Array, Circle, Rectangle, Section, SectionMoments
+from slosh_ros.tank.polygon import Polygon
+from slosh_ros.tank.section import (
+    Array,
+    Circle,
+    Ellipse,
+    Rectangle,
+    RoundedRectangle,
+    Section,
+    SectionMoments,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,17 +121,16 @@ class UniformTank:
         length = self.length
         m: SectionMoments = self.section.moments(depth)
         xx = m.area * length**3 / 12.0
-        yy, zz = m.yy * length, m.zz * length
-        width = 2.0 * m.half_width
+        yy, zz, yz = m.yy * length, m.zz * length, m.yz * length
         return LiquidAtRest(
             depth=depth,
             fill_ratio=m.area / self.section.area,
             volume=m.area * length,
-            surface_centre=np.array([0.0, 0.0, depth - self.height / 2.0]),
+            surface_centre=np.array([0.0, m.surface_y, depth - self.height / 2.0]),
             freeboard=self.height - depth,
-            centroid=np.array([0.0, 0.0, m.z / m.area]),
-            inertia=np.diag([yy + zz, xx + zz, xx + yy]),
-            surface_inertia=np.diag([width * length**3 / 12.0, length * width**3 / 12.0]),
+            centroid=np.array([0.0, m.y / m.area, m.z / m.area]),
+            inertia=np.array([[yy + zz, 0.0, 0.0], [0.0, xx + zz, -yz], [0.0, -yz, xx + yy]]),
+            surface_inertia=np.diag([m.width * length**3 / 12.0, length * m.surface_yy]),
         )
 
     def nearest(self, depth: float, point: Array) -> Array:
@@ -140,7 +149,7 @@ class UniformTank:
         array, shape (3,)
             In the tank frame [m]; the given point itself if it is in the liquid.
         """
-        surface = np.array([0.0, depth - self.height / 2.0])
+        surface = np.array([self.section.moments(depth).surface_y, depth - self.height / 2.0])
         x = np.clip(point[0], -self.length / 2.0, self.length / 2.0)
         return np.array([x, *(surface + self.section.nearest(depth, point[1:] - surface))])
 
@@ -153,3 +162,35 @@ def rectangular(length: float, width: float, height: float) -> UniformTank:
 def cylinder_x(radius: float, length: float) -> UniformTank:
     """Horizontal circular cylinder of the given inner radius and length (x) [m], flat ends."""
     return UniformTank('cylinder_x', Circle(radius), length)
+
+
+def ellipse_x(width: float, height: float, length: float) -> UniformTank:
+    """Elliptical cylinder of the given inner width, height and length (x) [m], flat ends."""
+    return UniformTank('ellipse_x', Ellipse(width, height), length)
+
+
+def rounded_rectangle_x(
+    width: float, height: float, corner_radius: float, length: float
+) -> UniformTank:
+    """Box with its four edges along x rounded, flat ends; inner dimensions [m]."""
+    section = RoundedRectangle(width, height, corner_radius)
+    return UniformTank('rounded_rectangle_x', section, length)
+
+
+def section_x(points: Sequence[float], length: float) -> UniformTank:
+    """
+    Tank of any polygonal section, flat ends.
+
+    Parameters
+    ----------
+    points : sequence of float
+        Corners y1, z1, y2, z2, ... of the section in order, either way round, from any origin [m].
+    length : float
+        Inner length (x) [m].
+
+    Raises
+    ------
+    InputError
+        If the corners are not those of a simple polygon.
+    """
+    return UniformTank('section_x', Polygon.of(points), length)

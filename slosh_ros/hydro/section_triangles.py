@@ -1,0 +1,613 @@
+"""
+Functions on triangles for sections that are polygons, also where their corners are singular.
+
+At a corner of the angle alpha the solution goes with the distance as r^(pi/alpha). Triangles get
+smaller towards it in geometric progression, and the degree of the polynomials on them falls:
+errors then fall exponentially with the square root of the number of functions (Babuska & Guo
+1988, SIAM J. Numer. Anal. 25). Straight walls are met exactly.
+
+The triangles' functions are too many for a dense eigenproblem. What is needed of them are the
+solutions of (K + k^2 M) v = load for smooth loads on the free surface and for the tank's rotation,
+for k from 0 to the shortest mode's wave number. Those for a few k span all others to many digits
+(rational Krylov space: Ruhe 1984, Linear Algebra Appl. 58); a basis of them is what goes on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.linalg import splu
+from scipy.special import eval_jacobi, roots_jacobi
+
+from slosh_ros.errors import InputError
+from slosh_ros.hydro.coefficients import Array
+from slosh_ros.hydro.section_functions import Parity, SectionFunctions
+from slosh_ros.hydro.triangulation import Indices, corner_angles, triangulate
+from slosh_ros.tank.polygon import ROUNDING, Polygon, below
+
+_SIDES = ((0, 1), (1, 2), (0, 2))  # corners of each side of a triangle
+
+_GROWTH = 0.6  # of the triangles' size with the depth below the free surface
+_CUT = 0.2  # ratio of sizes of triangles from one layer around a corner to the next
+_SLOPE = 0.5  # fall of the degree from a size of triangles to half that size
+_LEAST_DEGREE = 2
+_REGULAR = 3.0  # exponent of a corner that needs no layers
+_LOADS = 12  # polynomials on each piece of the free surface, and two for each half-wave
+_SHIFTS_PER_DECADE = 3.0
+_STEADY = 1e-4  # k that stands for 0, for which K + k^2 M is singular, over the largest k
+_DEPENDENT = 1e-13  # [-] share of the Gram matrix that is rounding
+_FOUND = 1e-5  # [widths of the section] that a point may lie outside, for rounding
+
+
+@dataclass(frozen=True)
+class TriangleResolution:
+    """
+    Size of the discrete problem.
+
+    Attributes
+    ----------
+    degree : int
+        Highest degree of the polynomials.
+    half_waves : float
+        Largest triangle at the free surface, in half-waves of the shortest mode.
+    corner : float
+        Error of an energy that is left to a corner.
+    """
+
+    degree: int = 8
+    half_waves: float = 1.0
+    corner: float = 1e-7
+
+
+DEFAULT_TRIANGLES = TriangleResolution()
+
+
+def polygon_functions(
+    section: Polygon,
+    depth: float,
+    wave_numbers: tuple[float, float],
+    resolution: TriangleResolution = DEFAULT_TRIANGLES,
+) -> tuple[SectionFunctions, ...]:
+    """
+    Functions on the liquid in a polygonal section: even and odd ones if it is symmetric.
+
+    Parameters
+    ----------
+    section : Polygon
+        The section.
+    depth : float
+        Depth of the liquid [m].
+    wave_numbers : (float, float)
+        Smallest k > 0 and largest wave number of interest [1/m].
+    resolution : TriangleResolution
+        Number and degree of the functions.
+
+    Raises
+    ------
+    InputError
+        If the liquid is not one pool, or has details too small to be computed.
+    """
+    outline = section.outline(depth)
+    if not section.is_symmetric:
+        mesh = _mesh(outline, False, wave_numbers[1], resolution)
+        return (_reduced(mesh, Parity.NONE, wave_numbers),)
+    # y > 0 is below zero once turned clockwise
+    turned = np.stack([outline[:, 1], -outline[:, 0]], axis=1)
+    (half,) = below(turned, ROUNDING * max(section.bounding_box))
+    right = np.stack([-half[:, 1], half[:, 0]], axis=1) + 0.0
+    mesh = _mesh(right, True, wave_numbers[1], resolution)
+    return tuple(_reduced(mesh, parity, wave_numbers) for parity in (Parity.EVEN, Parity.ODD))
+
+
+# --- shape functions on a triangle ---------------------------------------------------------------
+
+
+class _Reference(NamedTuple):
+    """
+    Integrals of the shape functions v of one degree, over the area of a triangle.
+
+    A triangle has the barycentric coordinates L_0, L_1, L_2; d_a is the derivative by L_a.
+
+    Attributes
+    ----------
+    stiffness : array, shape (3, 3, f, f)
+        d_a v_i d_b v_j.
+    mass : array, shape (f, f)
+        v_i v_j.
+    slopes : array, shape (3, 3, f)
+        d_a v_i L_b.
+    """
+
+    stiffness: Array
+    mass: Array
+    slopes: Array
+
+
+def _jacobi(n: int, x: Array) -> tuple[Array, Array]:
+    """Jacobi's polynomial P_n^(1,1) and its derivative."""
+    if n == 0:
+        return np.ones_like(x), np.zeros_like(x)
+    return eval_jacobi(n, 1, 1, x), (n + 3) / 2.0 * eval_jacobi(n - 1, 2, 2, x)
+
+
+def _bubbles(degree: int) -> list[tuple[int, int]]:
+    """Degrees of the factors of the shape functions that vanish on all sides."""
+    return [(i, j) for i in range(degree - 2) for j in range(degree - 2 - i)]
+
+
+def _shape_degrees(degree: int) -> NDArray[np.intp]:
+    """Degree of each shape function: those of corners, of sides and of the inside."""
+    sides = 3 * list(range(2, degree + 1))
+    return np.array([1, 1, 1, *sides, *(i + j + 3 for i, j in _bubbles(degree))])
+
+
+def _shapes(place: Array, degree: int) -> tuple[Array, Array]:
+    """
+    Shape functions at places L, shape (3, p): values (f, p) and derivatives (3, f, p).
+
+    Those of a side, L_a L_b P_n(L_b - L_a), have the sign of its direction.
+    """
+    values, slopes = list(place), [row[:, np.newaxis] * np.ones_like(place[0]) for row in np.eye(3)]
+    for a, b in _SIDES:
+        for n in range(degree - 1):
+            f, df = _jacobi(n, place[b] - place[a])
+            both = place[a] * place[b]
+            slope = np.zeros_like(place)
+            slope[a], slope[b] = place[b] * f - both * df, place[a] * f + both * df
+            values.append(both * f)
+            slopes.append(slope)
+    inner = np.prod(place, axis=0)
+    rest = np.stack([place[1] * place[2], place[0] * place[2], place[0] * place[1]])
+    for i, j in _bubbles(degree):
+        f, df = _jacobi(i, place[1] - place[0])
+        g, dg = _jacobi(j, 2.0 * place[2] - 1.0)
+        values.append(inner * f * g)
+        slopes.append(rest * f * g + inner * np.stack([-df * g, df * g, 2.0 * f * dg]))
+    return np.array(values), np.array(slopes).transpose(1, 0, 2)
+
+
+@cache
+def _reference(degree: int) -> _Reference:
+    """Integrals by a product of Gauss rules on the square, folded to the triangle."""
+    x, x_weight = roots_jacobi(degree + 1, 0, 0)
+    y, y_weight = roots_jacobi(degree + 1, 1, 0)
+    s, t = (axis.ravel() for axis in np.meshgrid((1.0 + x) / 2.0, (1.0 + y) / 2.0))
+    weight = np.outer(y_weight, x_weight).ravel() / 4.0  # of an area of 1
+    place = np.stack([s * (1.0 - t), (1.0 - s) * (1.0 - t), t])
+    v, dv = _shapes(place, degree)
+    return _Reference(
+        stiffness=np.einsum('aip,bjp,p->abij', dv, dv, weight, optimize=True),
+        mass=(v * weight) @ v.T,
+        slopes=np.einsum('aip,bp,p->abi', dv, place, weight, optimize=True),
+    )
+
+
+def _side_shapes(share: Array, degree: int) -> tuple[Array, Array]:
+    """Shape functions along a side, at shares of its length, and derivatives by the share."""
+    place = np.stack([1.0 - share, share, np.zeros_like(share)])
+    v, dv = _shapes(place, degree)
+    own = [0, 1, *range(3, 2 + degree)]  # its two corners, then its own
+    return v[own], (dv[1] - dv[0])[own]
+
+
+# --- the mesh ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Mesh:
+    """
+    Triangles and the functions on them.
+
+    Attributes
+    ----------
+    points : array, shape (m, 2)
+        Corners [m].
+    triangles : array of int, shape (t, 3)
+        Corners of each triangle, rising, so that neighbours agree in the direction of a side.
+    is_half : bool
+        Whether y = 0 is the symmetry plane.
+    degree : int
+        Highest degree.
+    functions : array of int, shape (t, f)
+        Number of the function that is each shape function; -1 for none.
+    count : int
+        Number of functions n.
+    sides : array of int, shape (s, 2)
+        Ends of the sides at the edge of the mesh.
+    side_functions : array of int, shape (s, degree + 1)
+        Functions on them, in the order of :func:`_side_shapes`; -1 for none.
+    """
+
+    points: Array
+    triangles: Indices
+    is_half: bool
+    degree: int
+    functions: Indices
+    count: int
+    sides: Indices
+    side_functions: Indices
+
+    @property
+    def on_surface(self) -> NDArray[np.bool_]:
+        """Which sides are free surface."""
+        return np.all(self.points[self.sides, 1] == 0.0, axis=1)
+
+    @property
+    def on_axis(self) -> NDArray[np.bool_]:
+        """Which sides are on the symmetry plane."""
+        return self.is_half & np.all(self.points[self.sides, 0] == 0.0, axis=1)
+
+    def linear(self, values: Array) -> Array:
+        """Coefficients of a function that is linear on every triangle, from its corners."""
+        coefficients = np.zeros(self.count)
+        coefficients[: len(self.points)] = values
+        return coefficients
+
+
+def _mesh(
+    outline: Array, is_half: bool, wave_number: float, resolution: TriangleResolution
+) -> _Mesh:
+    """Triangulate a polygon, with layers of triangles around its corners."""
+    at_surface = resolution.half_waves * np.pi / wave_number
+
+    def size(points: Array) -> Array:
+        return np.asarray(at_surface + _GROWTH * np.abs(points[:, 1]))
+
+    points, triangles = triangulate(outline, size)
+    layers = _layers(outline, is_half, points, triangles, at_surface, resolution)
+    points, triangles = _layered(points, triangles, layers)
+    triangles = np.sort(triangles, axis=1)
+    corners = points[triangles]
+    longest = np.max([np.hypot(*(corners[:, a] - corners[:, b]).T) for a, b in _SIDES], axis=0)
+    degrees = resolution.degree + _SLOPE * np.log2(longest / size(corners.mean(axis=1)))
+    degrees = np.clip(np.ceil(degrees), _LEAST_DEGREE, resolution.degree).astype(np.intp)
+    return _numbered(points, triangles, is_half, degrees, resolution.degree)
+
+
+def _layers(
+    outline: Array,
+    is_half: bool,
+    points: Array,
+    triangles: Indices,
+    half_wave: float,
+    resolution: TriangleResolution,
+) -> NDArray[np.intp]:
+    """How many layers of triangles each corner of the outline needs."""
+    on_axis = is_half & (outline[:, 0] == 0.0)
+    angles = np.where(on_axis, 2.0, 1.0) * corner_angles(outline)  # of the whole section
+    before = np.roll(outline, 1, axis=0)
+    after = np.roll(outline, -1, axis=0)
+    contact = (outline[:, 1] == 0.0) & ((before[:, 1] == 0.0) != (after[:, 1] == 0.0)) & ~on_axis
+    exponent = np.pi / angles
+    # of r^exponent: of a wall that is nearly straight, little; of r^2, a polynomial, nothing
+    strength = np.where(contact, 1.0, np.minimum(np.abs(angles / np.pi - 1.0), 1.0))
+    strength[np.isclose(exponent, 2.0, rtol=0.0, atol=1e-6)] = 0.0
+    strength[exponent > _REGULAR] = 0.0
+    scale = min(half_wave, float(np.sqrt(np.ptp(outline, axis=0).prod())))
+    layers = np.zeros(len(outline), dtype=np.intp)
+    for i in np.flatnonzero(strength > ROUNDING):
+        around = points[np.setdiff1d(triangles[np.any(triangles == i, axis=1)], [i])]
+        near = min(1.0, float(np.hypot(*(around - points[i]).T).max()) / scale)
+        # strength^2 (near cut^n)^(2 exponent) is left of the energy
+        left = np.log(resolution.corner / strength[i] ** 2) / (2.0 * exponent[i]) - np.log(near)
+        layers[i] = max(0, int(np.ceil(left / np.log(_CUT))))
+    return layers
+
+
+def _layered(
+    points: Array, triangles: Indices, layers: NDArray[np.intp]
+) -> tuple[Array, Indices]:
+    """Cut the triangles around the first points again and again, parallel to the far side."""
+    places, corners = list(points), [tuple(row) for row in triangles.tolist()]
+    for centre, count in enumerate(layers.tolist()):
+        for _ in range(count):
+            moved: dict[int, int] = {}
+
+            def inwards(i: int, centre: int = centre, moved: dict[int, int] = moved) -> int:
+                if i not in moved:
+                    moved[i] = len(places)
+                    places.append(places[centre] + _CUT * (places[i] - places[centre]))
+                return moved[i]
+
+            cut = []
+            for triangle in corners:
+                if centre not in triangle:
+                    cut.append(triangle)
+                    continue
+                k = triangle.index(centre)
+                a, b = triangle[k - 2], triangle[k - 1]
+                c, d = inwards(a), inwards(b)
+                cut.append((centre, c, d))
+                # the quadrilateral that is left, along its shorter diagonal
+                one, other = (np.hypot(*(places[i] - places[j])) for i, j in ((a, d), (b, c)))
+                cut += [(c, a, d), (a, b, d)] if one < other else [(c, a, b), (c, b, d)]
+            corners = cut
+    return np.array(places), np.array(corners, dtype=np.intp)
+
+
+def _numbered(
+    points: Array, triangles: Indices, is_half: bool, degrees: NDArray[np.intp], degree: int
+) -> _Mesh:
+    """Number the functions: on a side the smaller degree of its two triangles holds."""
+    count, own = len(triangles), degree - 1
+    ends = np.stack([triangles[:, side] for side in _SIDES], axis=1).reshape(-1, 2)
+    sides, side, uses = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    side = side.reshape(count, 3)  # of each triangle
+    side_degrees = np.full(len(sides), degree)
+    np.minimum.at(side_degrees, side.ravel(), np.repeat(degrees, 3))
+
+    on_sides = np.arange(2, degree + 1) <= side_degrees[:, np.newaxis]
+    inside = _shape_degrees(degree)[3 + 3 * own :] <= degrees[:, np.newaxis]
+    corners = len(points)
+    side_numbers = np.where(on_sides, corners + np.cumsum(on_sides).reshape(on_sides.shape) - 1, -1)
+    first = corners + np.count_nonzero(on_sides)
+    inside_numbers = np.where(inside, first + np.cumsum(inside).reshape(inside.shape) - 1, -1)
+    edge = np.flatnonzero(uses == 1)
+    return _Mesh(
+        points=points,
+        triangles=triangles,
+        is_half=is_half,
+        degree=degree,
+        functions=np.hstack([triangles, side_numbers[side].reshape(count, -1), inside_numbers]),
+        count=first + int(np.count_nonzero(inside)),
+        sides=sides[edge],
+        side_functions=np.hstack([sides[edge], side_numbers[edge]]),
+    )
+
+
+# --- integrals -----------------------------------------------------------------------------------
+
+
+def _matrix(blocks: Array, functions: Indices, count: int) -> csc_matrix:
+    """Add up square blocks, shape (b, f, f), at the functions (b, f) that they belong to."""
+    shape = blocks.shape
+    rows = np.broadcast_to(functions[:, :, np.newaxis], shape)
+    columns = np.broadcast_to(functions[:, np.newaxis, :], shape)
+    there = (rows >= 0) & (columns >= 0)
+    entries = (blocks[there], (rows[there], columns[there]))
+    return csc_matrix(entries, shape=(count, count))
+
+
+def _vectors(blocks: Array, functions: Indices, count: int) -> Array:
+    """Add up vectors, shape (b, f, l), at the functions (b, f): shape (count, l)."""
+    total = np.zeros((count + 1, blocks.shape[-1]))  # the last takes what is none
+    np.add.at(total, functions, blocks)
+    return total[:-1]
+
+
+class _Integrals(NamedTuple):
+    """Sparse matrices K, M, S, those of the wall, and the vector of roll, for all functions."""
+
+    stiffness: csc_matrix
+    mass: csc_matrix
+    surface_mass: csc_matrix
+    wall_mass: csc_matrix
+    wall_stiffness: csc_matrix
+    roll: Array
+
+
+def _integrals(mesh: _Mesh) -> _Integrals:
+    reference = _reference(mesh.degree)
+    corners = mesh.points[mesh.triangles]
+    opposite = np.stack([corners[:, i - 1] - corners[:, i - 2] for i in range(3)], axis=1)
+    double = opposite[:, 0, 0] * opposite[:, 1, 1] - opposite[:, 0, 1] * opposite[:, 1, 0]
+    area = np.abs(double) / 2.0
+    # gradients of L_0, L_1, L_2, shape (t, 3, 2)
+    slopes = np.stack([-opposite[..., 1], opposite[..., 0]], axis=-1) / double[:, None, None]
+    products = slopes @ slopes.transpose(0, 2, 1) * area[:, None, None]
+    shapes = len(reference.mass)
+    stiffness = products.reshape(-1, 9) @ reference.stiffness.reshape(9, -1)
+    # y dv/dz - z dv/dy
+    turning = slopes[..., 1, None] * corners[:, None, :, 0]
+    turning = (turning - slopes[..., 0, None] * corners[:, None, :, 1]) * area[:, None, None]
+    roll = turning.reshape(-1, 9) @ reference.slopes.reshape(9, -1)
+
+    share, weight = np.polynomial.legendre.leggauss(mesh.degree + 1)
+    v, dv = _side_shapes((1.0 + share) / 2.0, mesh.degree)
+    length = np.hypot(*np.diff(mesh.points[mesh.sides], axis=1)[:, 0].T)[:, None, None]
+    side_mass, side_stiffness = (length**i * ((f * weight) @ f.T / 2.0) for i, f in ((1, v), (-1, dv)))
+    wall = ~mesh.on_surface & ~mesh.on_axis
+
+    def on(sides: NDArray[np.bool_], blocks: Array) -> csc_matrix:
+        return _matrix(blocks[sides], mesh.side_functions[sides], mesh.count)
+
+    return _Integrals(
+        stiffness=_matrix(
+            stiffness.reshape(-1, shapes, shapes), mesh.functions, mesh.count
+        ),
+        mass=_matrix(area[:, None, None] * reference.mass, mesh.functions, mesh.count),
+        surface_mass=on(mesh.on_surface, side_mass),
+        wall_mass=on(wall, side_mass),
+        wall_stiffness=on(wall, side_stiffness),
+        roll=_vectors(roll[..., np.newaxis], mesh.functions, mesh.count)[:, 0],
+    )
+
+
+def _surface_loads(mesh: _Mesh, wave_number: float) -> Array:
+    """Integrals over the free surface of the functions times smooth loads, shape (n, l)."""
+    sides = mesh.points[mesh.sides[mesh.on_surface], 0]
+    functions = mesh.side_functions[mesh.on_surface]
+    loads = []
+    for left, right in _pieces(sides):
+        inside = (sides.min(axis=1) >= left) & (sides.max(axis=1) <= right)
+        begin, end = sides[inside].T[..., np.newaxis]
+        degree = _LOADS + int(np.ceil(2.0 * wave_number * (right - left) / np.pi))
+        share, weight = np.polynomial.legendre.leggauss((mesh.degree + degree) // 2 + 1)
+        share = (1.0 + share) / 2.0
+        y = begin + share * (end - begin)
+        load = legendre.legvander((2.0 * y - left - right) / (right - left), degree)
+        v = _side_shapes(share, mesh.degree)[0] * weight / 2.0
+        blocks = np.abs(end - begin)[..., np.newaxis] * np.einsum('fp,spl->sfl', v, load)
+        loads.append(_vectors(blocks, functions[inside], mesh.count))
+    return np.hstack(loads)
+
+
+def _pieces(sides: Array) -> list[tuple[float, float]]:
+    """Intervals that are made up of the given ones, shape (s, 2)."""
+    pieces: list[tuple[float, float]] = []
+    for left, right in sorted((min(a, b), max(a, b)) for a, b in sides.tolist()):
+        if pieces and pieces[-1][1] == left:
+            pieces[-1] = (pieces[-1][0], right)
+        else:
+            pieces.append((left, right))
+    return pieces
+
+
+# --- the reduced basis ---------------------------------------------------------------------------
+
+
+def _reduced(
+    mesh: _Mesh, parity: Parity, wave_numbers: tuple[float, float]
+) -> SectionFunctions:
+    """Few combinations of the functions that hold the solutions for all k."""
+    integrals = _integrals(mesh)
+    both = 1.0 if parity == Parity.NONE else 2.0  # halves of the section
+    inside = np.ones(mesh.count, dtype=bool)
+    if parity == Parity.ODD:
+        on_axis = mesh.side_functions[mesh.on_axis]
+        inside[on_axis[on_axis >= 0]] = False
+    chosen = np.flatnonzero(inside)
+    k, m, s, wall_mass, wall_stiffness = (
+        both * matrix[chosen][:, chosen].tocsc() for matrix in integrals[:5]
+    )
+    # of odd functions the integrals of even ones vanish, and the other way round
+    even, odd = (float(parity != other) for other in (Parity.ODD, Parity.EVEN))
+    one = even * mesh.linear(np.ones(len(mesh.points)))[chosen]
+    y = odd * mesh.linear(mesh.points[:, 0])[chosen]
+    z = even * mesh.linear(mesh.points[:, 1])[chosen]
+    roll = odd * both * integrals.roll[chosen]
+
+    loads = np.column_stack(
+        [_surface_loads(mesh, wave_numbers[1])[chosen], roll, m @ y, m @ z]
+    )
+    if even:  # a uniform load only lifts the constant, which is there anyway
+        loads -= np.outer(m @ one, one @ loads) / (one @ (m @ one))
+    basis = _basis(k, m, loads, np.column_stack([one, y, z]), wave_numbers)
+
+    def project(matrix: csc_matrix) -> Array:
+        return np.asarray(basis.T @ (matrix @ basis))
+
+    weight, shapes = eigh(project(s))
+    there = weight > np.finfo(float).eps * weight[-1]
+    every = np.zeros((mesh.count + 1, basis.shape[1]))  # the last is what is none
+    every[chosen] = basis
+    finder = _Finder(mesh, every, parity)
+    return SectionFunctions(
+        parity=parity,
+        stiffness=project(k),
+        mass=project(m),
+        d_dy=basis.T @ (k @ y),
+        d_dz=basis.T @ (k @ z),
+        y=basis.T @ (m @ y),
+        z=basis.T @ (m @ z),
+        roll=basis.T @ roll,
+        wall_mass=project(wall_mass),
+        wall_stiffness=project(wall_stiffness),
+        surface_root=shapes[:, there] * np.sqrt(weight[there]),
+        surface_one=basis.T @ (s @ one),
+        surface_y=basis.T @ (s @ y),
+        at_surface=lambda places: finder.values(np.stack([places, 0.0 * places], axis=1)),
+        at=finder.values,
+    )
+
+
+def _basis(
+    stiffness: csc_matrix,
+    mass: csc_matrix,
+    loads: Array,
+    known: Array,
+    wave_numbers: tuple[float, float],
+) -> Array:
+    """Basis of the known functions and of the solutions for some k, by columns."""
+    low, high = wave_numbers
+    decades = max(np.log10(high / low), 0.0)
+    some = np.geomspace(low, max(low, high), 2 + int(np.ceil(_SHIFTS_PER_DECADE * decades)))
+    solutions = [known]
+    for k in [_STEADY * high, *some]:
+        # symmetric and positive: no pivoting
+        factors = splu(
+            stiffness + k**2 * mass,
+            permc_spec='MMD_AT_PLUS_A',
+            diag_pivot_thresh=0.0,
+            options={'SymmetricMode': True},
+        )
+        solutions.append(factors.solve(loads))
+    vectors = np.hstack(solutions)
+    size = np.sqrt(np.sum(vectors**2, axis=0))
+    vectors = vectors[:, size > 0.0] / size[size > 0.0]
+    weight, shapes = eigh(vectors.T @ vectors)
+    # what is dropped here is smaller than 1e-6 of a solution, and of its energy 1e-12
+    there = weight > _DEPENDENT * weight[-1]
+    return np.asarray(vectors @ (shapes[:, there] / np.sqrt(weight[there])))
+
+
+@dataclass(frozen=True, eq=False)
+class _Finder:
+    """
+    The functions of the basis at single points.
+
+    Attributes
+    ----------
+    mesh : _Mesh
+        The triangles.
+    basis : array, shape (n + 1, r)
+        The basis, by columns; the last row is zero.
+    parity : Parity
+        Of the basis; unless NONE, the mesh is half of the section.
+    """
+
+    mesh: _Mesh
+    basis: Array
+    parity: Parity
+
+    def values(self, points: Array) -> Array:
+        """
+        Values of the functions, shape (p, r).
+
+        Parameters
+        ----------
+        points : array, shape (p, 2)
+            y and z about O [m], within the liquid.
+
+        Raises
+        ------
+        InputError
+            If a point is not in the liquid.
+        """
+        side = np.ones(len(points))
+        if self.parity != Parity.NONE:
+            side = np.sign(points[:, 0]) if self.parity == Parity.ODD else side
+            points = np.stack([np.abs(points[:, 0]), points[:, 1]], axis=1)
+        triangle, place = self._found(points)
+        v, _ = _shapes(place, self.mesh.degree)
+        rows = np.repeat(np.arange(len(points)), len(v))
+        entries = ((side * v).T.ravel(), (rows, self.mesh.functions[triangle].ravel() % len(self.basis)))
+        return np.asarray(csr_matrix(entries, shape=(len(points), len(self.basis))) @ self.basis)
+
+    def _found(self, points: Array) -> tuple[Indices, Array]:
+        """Return triangles, and places L in them, shape (3, p)."""
+        corners = self.mesh.points[self.mesh.triangles]
+        # L of a point is linear in it
+        affine = np.linalg.inv(np.concatenate([corners, np.ones((len(corners), 3, 1))], axis=2))
+        every = np.column_stack([points, np.ones(len(points))])
+        triangle = np.concatenate(
+            [
+                np.min(part @ affine, axis=2).argmax(axis=0)
+                for part in np.array_split(every, 1 + len(every) // 500)
+            ]
+        )
+        place = np.clip(np.einsum('pc,pca->ap', every, affine[triangle]), 0.0, None)
+        place /= place.sum(axis=0)
+        reached = np.einsum('ap,pac->pc', place, corners[triangle])
+        far = np.hypot(*(points - reached).T) > _FOUND * np.ptp(self.mesh.points[:, 0])
+        if far.any():
+            y, z = points[far][0]
+            raise InputError(f'the section has no liquid at y = {y:g} m, z = {z:g} m from O')
+        return triangle, place
