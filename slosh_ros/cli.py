@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -338,6 +338,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
         'mass': c.mass,
         'volume': c.liquid.volume,
         'surface_height': c.liquid.surface_height,
+        'surface_centre': c.liquid.surface_centre.tolist(),
         'centroid': c.liquid.centroid.tolist(),
         'inertia_frozen': c.inertia_frozen.tolist(),
         'inertia_stokes_joukowski': c.inertia_stokes_joukowski.tolist(),
@@ -354,6 +355,12 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
     }
 
 
+def _place(point: Sequence[float]) -> str:
+    """Write a point by its z, and its y where that is not 0."""
+    _, y, z = point
+    return (f'y = {y:+.4f} m, ' if y else '') + f'z = {z:+.4f} m'
+
+
 def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
     damping = tank.damping_ratio(c)
     liquid = c.liquid
@@ -362,15 +369,18 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
         f'{liquid.depth:.3f} m deep, {c.mass:.1f} kg at {c.density:g} kg/m^3 ({c.route})'
     )
     _out.print(
-        f'mean free surface O at z = {liquid.surface_height:+.4f} m in the tank frame; '
-        f'centroid {liquid.centroid[2]:+.4f} m from O'
+        f'mean free surface O at {_place(liquid.surface_centre)} in the tank frame\n'
+        f'centroid at {_place(liquid.centroid)} from O'
     )
-    inertia = _table('inertia about O', *(f'{k} [kg m^2]' for k in ('roll', 'pitch', 'yaw')))
+    turns = {'roll': (0, 0), 'pitch': (1, 1), 'yaw': (2, 2)}
+    if c.inertia_frozen[1, 2]:
+        turns['pitch-yaw'] = (1, 2)
+    inertia = _table('inertia about O', *(f'{k} [kg m^2]' for k in turns))
     for name, tensor in (
         ('frozen', c.inertia_frozen),
         ('Stokes-Joukowski', c.inertia_stokes_joukowski),
     ):
-        inertia.add_row(name, *(f'{value:.6g}' for value in np.diag(tensor)))
+        inertia.add_row(name, *(f'{tensor[i]:.6g}' for i in turns.values()))
     _out.print(inertia)
 
     lambdas = [f'lambda_{k} [{unit}]' for k, unit in _LAMBDAS.items()]

@@ -132,6 +132,7 @@ _KINDS = {
     'string': 'a text',
     'double[3]': 'a list of 3 numbers with decimal points',
     'string[]': 'a list of texts, at least one',
+    'double[]': 'a list of numbers with decimal points',
     'double | double[]': 'a number with a decimal point, or a list of them',
 }
 

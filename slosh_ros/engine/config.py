@@ -64,8 +64,18 @@ class TankConfig:
     pressure_points: dict[str, Array]
 
     def coefficients(self) -> ModalCoefficients:
-        """Solve for the modal coefficients; takes from a millisecond to a second."""
-        return coefficients_of(self.tank, self.depth, self.density, self.modes)
+        """
+        Solve for the modal coefficients; takes from a millisecond to a second.
+
+        Raises
+        ------
+        InputError
+            If the liquid cannot be computed; the message names the tank.
+        """
+        try:
+            return coefficients_of(self.tank, self.depth, self.density, self.modes)
+        except InputError as error:
+            raise InputError(f'{self.name}: {error}') from error
 
     def damping_ratio(self, coefficients: ModalCoefficients) -> Array:
         """Damping ratio of every mode, shape (n,)."""

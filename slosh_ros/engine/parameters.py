@@ -69,15 +69,27 @@ PARAMETERS: tuple[Parameter, ...] = (
         '{tank}.length', 'double', None, 'inner length along x', 'm', POSITIVE, 1e3
     ),
     Parameter(
-        '{tank}.width', 'double', None, 'inner width along y (rectangular)', 'm', POSITIVE, 1e3
+        '{tank}.width', 'double', None,
+        'inner width along y (rectangular, ellipse_x, rounded_rectangle_x)', 'm', POSITIVE, 1e3
     ),
     Parameter(
         '{tank}.height', 'double', None,
-        'inner height along z (rectangular, cylinder_z)', 'm', POSITIVE, 1e3
+        'inner height along z (rectangular, cylinder_z, ellipse_x, rounded_rectangle_x)', 'm',
+        POSITIVE, 1e3
     ),
     Parameter(
         '{tank}.radius', 'double', None,
         'inner radius (cylinder_x, cylinder_z)', 'm', POSITIVE, 1e3
+    ),
+    Parameter(
+        '{tank}.corner_radius', 'double', None,
+        'radius of the four rounded edges (rounded_rectangle_x)', 'm', 0.0, 1e3
+    ),
+    Parameter(
+        '{tank}.points', 'double[]', None,
+        'corners y1, z1, y2, z2, ... of the inner section in order, either way round; '
+        'the tank frame is at the centre of their bounding box, whatever their origin '
+        '(section_x)', 'm', -FAR, FAR
     ),
     Parameter(
         '{tank}.fill_ratio', 'double', None,

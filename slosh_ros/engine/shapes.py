@@ -7,7 +7,15 @@ from typing import NamedTuple
 
 from slosh_ros.errors import InputError
 from slosh_ros.parameters import Values
-from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular
+from slosh_ros.tank import (
+    Tank,
+    cylinder_x,
+    cylinder_z,
+    ellipse_x,
+    rectangular,
+    rounded_rectangle_x,
+    section_x,
+)
 
 
 class Shape(NamedTuple):
@@ -33,6 +41,11 @@ SHAPES: dict[str, Shape] = {
     'rectangular': Shape(rectangular, ('length', 'width', 'height')),
     'cylinder_x': Shape(cylinder_x, ('radius', 'length')),
     'cylinder_z': Shape(cylinder_z, ('radius', 'height')),
+    'ellipse_x': Shape(ellipse_x, ('width', 'height', 'length')),
+    'rounded_rectangle_x': Shape(
+        rounded_rectangle_x, ('width', 'height', 'corner_radius', 'length')
+    ),
+    'section_x': Shape(section_x, ('points', 'length')),
 }
 
 
@@ -43,7 +56,8 @@ def tank_of(p: Values, name: str) -> Tank:
     Raises
     ------
     InputError
-        If its shape or one of its parameters is missing, or one is given that does not belong.
+        If its shape or one of its parameters is missing or does not fit, or one is given that
+        does not belong.
     """
     if f'{name}.shape' not in p:
         raise InputError(f'{name}.shape is missing; write one of {", ".join(SHAPES)}')
@@ -59,4 +73,7 @@ def tank_of(p: Values, name: str) -> Tank:
                 f'{key} is given, but a {kind} tank takes {", ".join(wanted)}; remove it'
             )
     given = {k: p.by_name[f'{name}.{k}'] for k in wanted if f'{name}.{k}' in p}
-    return shape.build(**given)
+    try:
+        return shape.build(**given)
+    except InputError as error:
+        raise InputError(f'{name}.{error}') from error

@@ -65,8 +65,9 @@ class ModalCoefficients:
     Modal coefficients of the liquid in a tank, about O, the centre of the mean free surface.
 
     Tank axes: x forward, y left, z up. Modes stand by rising natural frequency. Their shapes f_j
-    are scaled to max|f_j| = 1 on the mean free surface and are positive towards -x and -y, so
-    that lambda_1 < 0 for surge modes and lambda_2 < 0 for sway modes.
+    are scaled to max|f_j| = 1 on the mean free surface and are positive towards -x and -y, at the
+    first crest or trough from there, so that lambda_1 < 0 for surge modes and lambda_2 < 0 for
+    sway modes of symmetric tanks.
 
     Attributes
     ----------
@@ -93,6 +94,8 @@ class ModalCoefficients:
         Points x, y of the mean free surface at which the shapes are known [m].
     surface_shapes : array, shape (m, n)
         The mode shapes f_j there [-].
+    surface_gaps : tuple of (float, float)
+        From which y to which y there is a wall between pieces of the free surface [m].
     potentials : Potentials or None
         For pressures; None where the route does not give them.
     """
@@ -108,6 +111,7 @@ class ModalCoefficients:
     wall_friction: Array | None
     surface_points: Array
     surface_shapes: Array
+    surface_gaps: tuple[tuple[float, float], ...] = ()
     potentials: Potentials | None = None
 
     @property

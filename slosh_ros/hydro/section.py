@@ -114,6 +114,9 @@ def section_coefficients(
         wall_friction=np.array([mode.wall_friction for mode in found]),
         surface_points=points,
         surface_shapes=potentials.surface(points),
+        surface_gaps=tuple(
+            (left[1], right[0]) for left, right in itertools.pairwise(moments.surface)
+        ),
         potentials=potentials,
     )
 

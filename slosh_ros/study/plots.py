@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from slosh_ros.bag import Recording
@@ -44,15 +45,18 @@ def plot_modes(name: str, coefficients: ModalCoefficients, path: Path) -> None:
     rows = -(-count // columns)
     figure = Figure(figsize=(3.4 * columns, 2.3 * rows + 0.9), layout='constrained')
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    x, y = c.surface_points.T
+    mesh = Triangulation(*c.surface_points.T)
+    middle = c.surface_points[mesh.triangles, 1].mean(axis=1)
+    dry = [(begin < middle) & (middle < end) for begin, end in c.surface_gaps]
+    mesh.set_mask(np.any([np.zeros(len(middle), dtype=bool), *dry], axis=0))
     for j, axis in enumerate(axes.flat):
         if j >= count:
             axis.set_visible(False)
             continue
         drawn = axis.tricontourf(
-            x, y, c.surface_shapes[:, j], levels=np.linspace(-1, 1, 21), cmap='RdBu_r'
+            mesh, c.surface_shapes[:, j], levels=np.linspace(-1, 1, 21), cmap='RdBu_r'
         )
-        axis.tricontour(x, y, c.surface_shapes[:, j], levels=[0.0], colors='k', linewidths=0.8)
+        axis.tricontour(mesh, c.surface_shapes[:, j], levels=[0.0], colors='k', linewidths=0.8)
         axis.set_title(
             f'{c.names[j]}   {c.omega[j]:.3f} rad/s   {2 * np.pi / c.omega[j]:.2f} s', fontsize=9
         )

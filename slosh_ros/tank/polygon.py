@@ -113,6 +113,8 @@ class Polygon(Section):
         centre = float(np.diff(surface**2, axis=1).sum()) / (2.0 * width) if width else 0.0
         moments = np.array([_moments(pool - [centre, 0.0]) for pool in pools]).reshape(-1, 6)
         area, y, z, yy, yz, zz = (float(moment) for moment in moments.sum(axis=0))
+        if self.is_symmetric:
+            centre, y, yz = 0.0, 0.0, 0.0  # without rounding
         return SectionMoments(
             area=area,
             z=z,
