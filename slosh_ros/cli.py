@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import Annotated, Optional  # Typer 0.9 knows no X | None
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import Progress
@@ -355,7 +356,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
     }
 
 
-def _place(point: Sequence[float]) -> str:
+def _place(point: NDArray[np.float64]) -> str:
     """Write a point by its z, and its y where that is not 0."""
     _, y, z = point
     return (f'y = {y:+.4f} m, ' if y else '') + f'z = {z:+.4f} m'

@@ -98,7 +98,7 @@ def section_coefficients(
     potentials = _Potentials(tank.length, moments, tuple(families), tuple(found))
     points = np.concatenate(
         [
-            surface_grid(tank.length, right - left) + [0.0, (left + right) / 2.0]
+            surface_grid(tank.length, right - left) + np.array([0.0, (left + right) / 2.0])
             for left, right in moments.surface
         ]
     )
@@ -188,14 +188,10 @@ class _Family:
         The shift s, of the scale of the smallest k^2 or smaller [1/m^2].
     """
 
-    def __init__(
-        self, functions: SectionFunctions, moments: SectionMoments, shift: float
-    ) -> None:
+    def __init__(self, functions: SectionFunctions, moments: SectionMoments, shift: float) -> None:
         self.functions = functions
         self.shift = shift
-        theta, self.vectors = eigh(
-            functions.mass, functions.stiffness + shift * functions.mass
-        )
+        theta, self.vectors = eigh(functions.mass, functions.stiffness + shift * functions.mass)
         self.theta: Array = np.maximum(theta, np.finfo(float).eps * theta[-1])
         self.has_constant = functions.parity != Parity.ODD
         # piece by piece of the free surface, from the left
@@ -322,7 +318,7 @@ class _Potentials:
             omega[:, 0] += values @ turning - mean
             ends = sinh_ratio(family.alpha, x[:, np.newaxis], self.length / 2.0)
             for axis, arm, slope in ((1, f.z, f.d_dz), (2, -f.y, -f.d_dy)):
-                # <z, N> = <1, dN/dz>/alpha^2 by Green's identity: the smallest Theta have no digits
+                # <z, N> = <1, dN/dz>/alpha^2 by Green: the smallest Theta have no digits
                 products = slope @ family.vectors * still
                 if family.has_constant:  # but of the constant, the last
                     products[-1] = arm @ family.vectors[:, -1] / family.theta[-1]
@@ -339,7 +335,7 @@ def _signs(samples: Array) -> Array:
     """Sign that makes the leftmost crest or trough of each column a crest."""
     modulus = np.abs(samples)
     first = np.argmax(modulus >= _LEFTMOST_CREST * modulus.max(axis=0), axis=0)
-    return np.sign(samples[first, np.arange(samples.shape[1])])
+    return np.asarray(np.sign(samples[first, np.arange(samples.shape[1])]))
 
 
 def _peaks(samples: Array) -> Array:

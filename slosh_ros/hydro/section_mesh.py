@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.linalg import cholesky
 from scipy.interpolate import BSpline, make_interp_spline
+from scipy.linalg import cholesky
 from scipy.spatial import cKDTree
 
 from slosh_ros.errors import InputError
@@ -225,7 +225,9 @@ class Fan:
         return np.asarray(np.einsum('kdp,pk->dp', rays, blend))
 
 
-def half_section(section: SymmetricSection, depth: float, resolution: Resolution = DEFAULT) -> HalfSection:
+def half_section(
+    section: SymmetricSection, depth: float, resolution: Resolution = DEFAULT
+) -> HalfSection:
     """
     Functions on half of the liquid in a section.
 

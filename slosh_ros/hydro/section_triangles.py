@@ -154,7 +154,8 @@ def _shapes(place: Array, degree: int) -> tuple[Array, Array]:
 
     Those of a side, L_a L_b P_n(L_b - L_a), have the sign of its direction.
     """
-    values, slopes = list(place), [row[:, np.newaxis] * np.ones_like(place[0]) for row in np.eye(3)]
+    values = list(place)
+    slopes = [np.outer(row, np.ones_like(place[0])) for row in np.eye(3)]
     for a, b in _SIDES:
         for n in range(degree - 1):
             f, df = _jacobi(n, place[b] - place[a])
@@ -237,12 +238,12 @@ class _Mesh:
     @property
     def on_surface(self) -> NDArray[np.bool_]:
         """Which sides are free surface."""
-        return np.all(self.points[self.sides, 1] == 0.0, axis=1)
+        return np.asarray(np.all(self.points[self.sides, 1] == 0.0, axis=1))
 
     @property
     def on_axis(self) -> NDArray[np.bool_]:
         """Which sides are on the symmetry plane."""
-        return self.is_half & np.all(self.points[self.sides, 0] == 0.0, axis=1)
+        return np.asarray(self.is_half & np.all(self.points[self.sides, 0] == 0.0, axis=1))
 
     def linear(self, values: Array) -> Array:
         """Coefficients of a function that is linear on every triangle, from its corners."""
@@ -301,9 +302,7 @@ def _layers(
     return layers
 
 
-def _layered(
-    points: Array, triangles: Indices, layers: NDArray[np.intp]
-) -> tuple[Array, Indices]:
+def _layered(points: Array, triangles: Indices, layers: NDArray[np.intp]) -> tuple[Array, Indices]:
     """Cut the triangles around the first points again and again, parallel to the far side."""
     places, corners = list(points), [tuple(row) for row in triangles.tolist()]
     for centre, count in enumerate(layers.tolist()):
@@ -335,7 +334,7 @@ def _layered(
 def _numbered(
     points: Array, triangles: Indices, is_half: bool, degrees: NDArray[np.intp], degree: int
 ) -> _Mesh:
-    """Number the functions: on a side the smaller degree of its two triangles holds."""
+    """Give the functions numbers; on a side the smaller degree of its two triangles holds."""
     count, own = len(triangles), degree - 1
     ends = np.stack([triangles[:, side] for side in _SIDES], axis=1).reshape(-1, 2)
     sides, side, uses = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
@@ -346,9 +345,11 @@ def _numbered(
     on_sides = np.arange(2, degree + 1) <= side_degrees[:, np.newaxis]
     inside = _shape_degrees(degree)[3 + 3 * own :] <= degrees[:, np.newaxis]
     corners = len(points)
-    side_numbers = np.where(on_sides, corners + np.cumsum(on_sides).reshape(on_sides.shape) - 1, -1)
-    first = corners + np.count_nonzero(on_sides)
-    inside_numbers = np.where(inside, first + np.cumsum(inside).reshape(inside.shape) - 1, -1)
+    first = corners + int(np.count_nonzero(on_sides))
+    side_numbers, inside_numbers = (
+        np.where(there, begin + np.cumsum(there).reshape(there.shape) - 1, -1)
+        for there, begin in ((on_sides, corners), (inside, first))
+    )
     edge = np.flatnonzero(uses == 1)
     return _Mesh(
         points=points,
@@ -412,20 +413,18 @@ def _integrals(mesh: _Mesh) -> _Integrals:
     share, weight = np.polynomial.legendre.leggauss(mesh.degree + 1)
     v, dv = _side_shapes((1.0 + share) / 2.0, mesh.degree)
     length = np.hypot(*np.diff(mesh.points[mesh.sides], axis=1)[:, 0].T)[:, None, None]
-    side_mass, side_stiffness = (length**i * ((f * weight) @ f.T / 2.0) for i, f in ((1, v), (-1, dv)))
+    side_mass, side_stiffness = length * ((v * weight) @ v.T / 2.0), (dv * weight) @ dv.T / 2.0
     wall = ~mesh.on_surface & ~mesh.on_axis
 
     def on(sides: NDArray[np.bool_], blocks: Array) -> csc_matrix:
         return _matrix(blocks[sides], mesh.side_functions[sides], mesh.count)
 
     return _Integrals(
-        stiffness=_matrix(
-            stiffness.reshape(-1, shapes, shapes), mesh.functions, mesh.count
-        ),
+        stiffness=_matrix(stiffness.reshape(-1, shapes, shapes), mesh.functions, mesh.count),
         mass=_matrix(area[:, None, None] * reference.mass, mesh.functions, mesh.count),
         surface_mass=on(mesh.on_surface, side_mass),
         wall_mass=on(wall, side_mass),
-        wall_stiffness=on(wall, side_stiffness),
+        wall_stiffness=on(wall, side_stiffness / length),
         roll=_vectors(roll[..., np.newaxis], mesh.functions, mesh.count)[:, 0],
     )
 
@@ -463,9 +462,7 @@ def _pieces(sides: Array) -> list[tuple[float, float]]:
 # --- the reduced basis ---------------------------------------------------------------------------
 
 
-def _reduced(
-    mesh: _Mesh, parity: Parity, wave_numbers: tuple[float, float]
-) -> SectionFunctions:
+def _reduced(mesh: _Mesh, parity: Parity, wave_numbers: tuple[float, float]) -> SectionFunctions:
     """Few combinations of the functions that hold the solutions for all k."""
     integrals = _integrals(mesh)
     both = 1.0 if parity == Parity.NONE else 2.0  # halves of the section
@@ -484,9 +481,7 @@ def _reduced(
     z = even * mesh.linear(mesh.points[:, 1])[chosen]
     roll = odd * both * integrals.roll[chosen]
 
-    loads = np.column_stack(
-        [_surface_loads(mesh, wave_numbers[1])[chosen], roll, m @ y, m @ z]
-    )
+    loads = np.column_stack([_surface_loads(mesh, wave_numbers[1])[chosen], roll, m @ y, m @ z])
     if even:  # a uniform load only lifts the constant, which is there anyway
         loads -= np.outer(m @ one, one @ loads) / (one @ (m @ one))
     basis = _basis(k, m, loads, np.column_stack([one, y, z]), wave_numbers)
@@ -588,8 +583,10 @@ class _Finder:
         triangle, place = self._found(points)
         v, _ = _shapes(place, self.mesh.degree)
         rows = np.repeat(np.arange(len(points)), len(v))
-        entries = ((side * v).T.ravel(), (rows, self.mesh.functions[triangle].ravel() % len(self.basis)))
-        return np.asarray(csr_matrix(entries, shape=(len(points), len(self.basis))) @ self.basis)
+        columns = self.mesh.functions[triangle].ravel() % len(self.basis)  # -1 is the last row
+        shape = len(points), len(self.basis)
+        entries = csr_matrix(((side * v).T.ravel(), (rows, columns)), shape=shape)
+        return np.asarray(entries @ self.basis)
 
     def _found(self, points: Array) -> tuple[Indices, Array]:
         """Return triangles, and places L in them, shape (3, p)."""

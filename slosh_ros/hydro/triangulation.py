@@ -103,7 +103,8 @@ class _Mesh:
         area = _double_areas(self.points[found])
         found[area < 0.0] = found[area < 0.0, ::-1]
         # corners on one edge may make up triangles without area
-        return found[np.abs(area) > _ROUNDING**1.5 * self._span**2]
+        found = found[np.abs(area) > _ROUNDING**1.5 * self._span**2]
+        return found
 
     def unfit_segments(
         self, triangles: Indices, size: Callable[[Array], Array]
@@ -215,4 +216,5 @@ def _circumcentres(corners: Array) -> Array:
     p, q = np.sum(first**2, axis=1), np.sum(second**2, axis=1)
     y = q * first[:, 1] - p * second[:, 1]
     z = p * second[:, 0] - q * first[:, 0]
-    return np.asarray(corners[:, 0] - np.stack([y, z], 1) / (2.0 * _double_areas(corners))[:, None])
+    away = np.stack([y, z], axis=1) / (2.0 * _double_areas(corners))[:, np.newaxis]
+    return np.asarray(corners[:, 0] - away)

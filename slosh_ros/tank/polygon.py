@@ -185,19 +185,21 @@ def below(corners: Array, rounding: float) -> list[Array]:
     # crossing: the end of each chain is joined to the beginning of another.
     leaving, entering = np.argsort(cut_up), np.argsort(cut_down)
     follows = dict(zip(leaving.tolist(), entering.tolist(), strict=True))
-    outlines, left = [], set(follows)
+    outlines: list[Array] = []
+    left = set(follows)
     while left:
-        parts, chain = [], min(left)
+        outline: list[Array] = []
+        chain = min(left)
         while chain in left:
             left.remove(chain)
-            between = np.arange(down[chain] + 1, up[chain] + 1 + len(corners) * (up[chain] < down[chain]))
-            parts += [
-                [[cut_down[chain], 0.0]],
-                corners[between % len(corners)],
-                [[cut_up[chain], 0.0]],
+            length = (up[chain] - down[chain]) % len(corners)
+            outline += [
+                np.array([cut_down[chain], 0.0]),
+                *np.roll(corners, -int(down[chain]) - 1, axis=0)[:length],
+                np.array([cut_up[chain], 0.0]),
             ]
             chain = follows[chain]
-        outlines.append(np.concatenate(parts))
+        outlines.append(np.array(outline))
     return outlines
 
 
