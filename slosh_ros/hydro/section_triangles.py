@@ -61,7 +61,7 @@ class TriangleResolution:
         Error of an energy that is left to a corner.
     """
 
-    degree: int = 8
+    degree: int = 9
     half_waves: float = 1.0
     corner: float = 1e-7
 

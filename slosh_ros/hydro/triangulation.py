@@ -103,8 +103,7 @@ class _Mesh:
         area = _double_areas(self.points[found])
         found[area < 0.0] = found[area < 0.0, ::-1]
         # corners on one edge may make up triangles without area
-        found = found[np.abs(area) > _ROUNDING**1.5 * self._span**2]
-        return found
+        return np.asarray(found[np.abs(area) > _ROUNDING**1.5 * self._span**2])
 
     def unfit_segments(
         self, triangles: Indices, size: Callable[[Array], Array]
