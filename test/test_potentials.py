@@ -16,11 +16,20 @@ from slosh_ros.hydro.coefficients import Potentials
 from slosh_ros.hydro.hyperbolic import cosh_ratio, sinh_ratio
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular
+from slosh_ros.tank import (
+    Polygon,
+    Tank,
+    UniformTank,
+    cylinder_x,
+    cylinder_z,
+    rectangular,
+    section_x,
+)
 
 Array = NDArray[np.float64]
 
 BOX, PIPE, DRUM = rectangular(3.0, 1.6, 1.2), cylinder_x(1.1, 3.0), cylinder_z(1.2, 2.0)
+PRISM = section_x([0.0, 0.0, 2.0, -0.3, 2.4, 1.0, 1.1, 1.6, -0.3, 0.9], 3.0)  # leans
 
 
 class Liquid:
@@ -44,7 +53,7 @@ class Liquid:
 
 
 _LIQUIDS = {
-    'box': (BOX, 0.75), 'drum': (DRUM, 0.45),
+    'box': (BOX, 0.75), 'drum': (DRUM, 0.45), 'prism': (PRISM, 0.6),
     'pipe, 30 %': (PIPE, 0.3), 'pipe, 50 %': (PIPE, 0.5), 'pipe, 80 %': (PIPE, 0.8),
 }  # fmt: skip
 
@@ -91,8 +100,12 @@ def test_potentials_are_harmonic(liquid: Liquid) -> None:
 
 def test_no_mode_flows_through_the_wall(liquid: Liquid) -> None:
     wall = some(liquid.wall)
-    # a pipe more than half full bends the modes sharply at the contact line
-    wall = Surface(*(part[wall.points[:, 2] < -0.05] for part in wall))
+    # modes bend sharply at the contact line of a pipe more than half full, and at corners
+    sharp = np.array([[np.inf, np.inf]])
+    if isinstance(liquid.tank, UniformTank) and isinstance(liquid.tank.section, Polygon):
+        sharp = liquid.tank.section.outline(liquid.depth)
+    away = np.hypot(*(wall.points[:, np.newaxis, 1:] - sharp).transpose(2, 0, 1)).min(axis=1)
+    wall = Surface(*(part[(wall.points[:, 2] < -0.05) & (away > 0.1)] for part in wall))
     kappa = liquid.coefficients.omega**2 / GRAVITY
     assert np.all(np.abs(slope(liquid.potentials.modes, wall)) < 3e-5 * (1.0 + kappa) ** 3)
 
@@ -145,7 +158,7 @@ def test_energy_of_rotation_is_the_stokes_joukowski_inertia(liquid: Liquid) -> N
 
 def test_rotation_leaves_the_mean_pressure_of_the_surface_alone(liquid: Liquid) -> None:
     mean = liquid.lid.weights @ liquid.potentials.stokes_joukowski(liquid.lid.points)
-    assert np.abs(mean).max() < 1e-12
+    assert np.abs(mean).max() < 1e-9
 
 
 # --- closed form and section ---------------------------------------------------------------------

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.tank import Circle, Rectangle, Tank, UniformTank, UprightCylinder
+from slosh_ros.tank import Circle, Polygon, Rectangle, Tank, UniformTank, UprightCylinder
 
 Array = NDArray[np.float64]
 
@@ -46,8 +46,34 @@ def _plane(origin: Array, normal: Array, first: tuple, second: tuple) -> Surface
     return _face(points, normal, np.outer(u_weight, v_weight))
 
 
+def _polygonal(tank: UniformTank, depth: float) -> tuple[Surface, Surface]:
+    """Walls and lid of a convex section; its ends in triangles around the centroid."""
+    half, x = tank.length / 2.0, interval(-tank.length / 2.0, tank.length / 2.0)
+    corners = np.pad(tank.section.outline(depth), ((0, 0), (1, 0)))
+    middle = corners.mean(axis=0)
+    share = interval(0.0, 1.0)
+    sides = {True: [], False: []}
+    for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        way = end - begin
+        length = np.hypot(*way[1:])
+        outwards = np.cross(way, X) / length
+        along = way / length, (length * share[0], length * share[1])
+        sides[bool(begin[2] == end[2] == 0.0)].append(_plane(begin, outwards, (X, x), along))
+        # from the middle, u of the way to the side, v along it
+        u, v = (nodes[:, None] for nodes in (share[0], share[0]))
+        points = middle + u[:, :, None] * (begin + v * way - middle)
+        twice = np.cross(begin - middle, way)[0]
+        weights = np.outer(share[1] * share[0], share[1]) * twice
+        for sign in (-1.0, 1.0):
+            sides[False].append(_face(points + sign * half * X, sign * X, weights))
+    wall, lid = (sum(part[1:], part[0]) for part in (sides[False], sides[True]))
+    return wall, lid
+
+
 def _uniform(tank: UniformTank, depth: float) -> tuple[Surface, Surface]:
     half, section = tank.length / 2.0, tank.section
+    if isinstance(section, Polygon):
+        return _polygonal(tank, depth)
     x = interval(-half, half)
     b = section.moments(depth).half_width
     lid = _plane(np.zeros(3), Z, (X, x), (Y, interval(-b, b)))
@@ -96,7 +122,7 @@ def _upright(tank: UprightCylinder, depth: float) -> tuple[Surface, Surface]:
 
 
 def wetted(tank: Tank, depth: float) -> tuple[Surface, Surface]:
-    """Wetted walls, and the mean free surface, of a box, a horizontal or an upright cylinder."""
+    """Wetted walls, and the mean free surface, of a box, a prism or a cylinder."""
     if isinstance(tank, UprightCylinder):
         return _upright(tank, depth)
     return _uniform(tank, depth)
