@@ -1,0 +1,127 @@
+"""Figures 3 and 5: added mass over frequency, and the peaks read off it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slosh_ros.hydro.frequency import rectangular_wall_ratio, total_added_mass
+from slosh_ros.study.paper import cases
+from slosh_ros.study.paper.cases import Array
+from slosh_ros.study.paper.draw import Curve, Panel, picture
+from slosh_ros.study.paper.item import Drawing, Finding, Row, against
+
+_FINE = np.linspace(0.02, 5.0, 1200)  # [rad/s]
+_NO_CURVE = (
+    "the paper's curve is in a picture, which the text does not hold: of the curve itself nothing "
+    'can be compared'
+)
+
+
+def peaks(omega: Array, values: Array) -> Array:
+    """Frequencies at which a magnitude is higher than at both neighbours."""
+    size = np.abs(values)
+    inner = (size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])
+    return np.asarray(omega[1:-1][inner])
+
+
+def _peak_rows(
+    key: str, of: str, printed: tuple[str, ...], found: Array, exact: tuple[float, ...]
+) -> list[Row]:
+    rows = []
+    for k, (theirs, own) in enumerate(zip(printed, exact, strict=True)):
+        steps = round(abs(float(theirs) - found[k]) / 0.1)
+        rows.append(
+            against(
+                f'{key}_{k + 1}', f'peak {k + 1}, {of}', float(found[k]), theirs, 'rad/s',
+                within=1e-6, head=True, evidence='largest |A| on the grid 0.05 + 0.1 n',
+                why=f'the exact natural frequency is {own:.4f} rad/s; the peak is '
+                + ('its neighbour on a grid of 0.1 rad/s' if steps == 0 else
+                   f'{steps} step of the grid nearer to it than the printed one; not explained'),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def figure_3() -> Finding:
+    """Added mass of the rectangular tank, damped by eq (36)."""
+    c, sweep = cases.table_1(), cases.table_1_sweep()
+    ratio = rectangular_wall_ratio(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, c.names)
+    fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
+    grid = sweep.matrix[:-1]
+    rows = []
+    panels = []
+    for i, printed, names in (
+        (0, ('1.05', '2.95', '4.25'), ('x1', 'x3', 'x5')), (1, ('3.65',), ('y1',)),
+    ):  # fmt: skip
+        exact = tuple(float(c.omega[cases.mode(c, n)]) for n in names)
+        found = peaks(cases.PAPER_GRID, grid[:, i, i])
+        rows += _peak_rows(f'a{i + 1}{i + 1}', f'A_{i + 1}{i + 1}', printed, found, exact)
+        panels.append(
+            Panel(
+                f'Re A_{i + 1}{i + 1} [t]',
+                (
+                    Curve('250 modes, damped by eq (36)', _FINE, fine[:, i, i]),
+                    Curve("on the paper's grid", cases.PAPER_GRID, grid[:, i, i].real / 1e3, True),
+                ),
+                marks={f'{w:.3f}': w for w in exact},
+            )
+        )
+    return Finding(
+        rows,
+        text=(f'epsilon = {cases.EPSILON} in eq (36); the paper does not state its own. {_NO_CURVE}.',),
+        drawings=(
+            Drawing(
+                'fig3',
+                'Figure 3: added mass of the rectangular tank (total, liquid mass included). '
+                'Vertical lines: exact natural frequencies.',
+                picture('Added mass, tank 8 m x 2 m x 0.8 m', 'frequency [rad/s]', panels),
+                {'omega [rad/s]': _FINE, 'A_11 [t]': fine[:, 0, 0], 'A_22 [t]': fine[:, 1, 1]},
+            ),
+        ),
+    )
+
+
+def figure_5() -> Finding:
+    """Added mass of the cylinder at two fills."""
+    rows, curves = [], {}
+    columns: dict[str, Array] = {'omega [rad/s]': _FINE}
+    for fill, printed in ((1.0, ('1.65', '3.75')), (1.5, ('2.05', '4.15'))):
+        c = cases.braked(fill)
+        exact = tuple(float(c.omega[cases.mode(c, n)]) for n in ('x1', 'x3'))
+        found = peaks(cases.PAPER_GRID, total_added_mass(c, cases.PAPER_GRID)[:, 0, 0])
+        tag = f'fill_{fill:.1f}R'.replace('.', '_')
+        rows += _peak_rows(tag, f'h = {fill:.1f} R', printed, found, exact)
+        fine = total_added_mass(c, _FINE).real / 1e3
+        curves[fill] = fine
+        columns[f'A_11 at {fill} R [t]'] = fine[:, 0, 0]
+        columns[f'A_15 at {fill} R [t m]'] = fine[:, 0, 4]
+    panels = [
+        Panel(
+            f'A_{i + 1}{k + 1} [{unit}]',
+            [Curve(f'h = {fill} R', _FINE, _broken(fine[:, i, k], 120.0))
+             for fill, fine in curves.items()],
+            ylim=(-120.0, 120.0),
+        )
+        for i, k, unit in ((0, 0, 't'), (0, 4, 't m'))
+    ]  # fmt: skip
+    return Finding(
+        rows,
+        text=(
+            f'Undamped modes; beyond the range of the axes the curves go to infinity. {_NO_CURVE}.',
+        ),
+        drawings=(
+            Drawing(
+                'fig5',
+                'Figure 5: added mass of the horizontal cylinder R = 1.2 m, L = 5.75 m.',
+                picture('Added mass of the horizontal cylinder', 'frequency [rad/s]', panels),
+                columns,
+            ),
+        ),
+    )
+
+
+def _broken(values: Array, limit: float) -> Array:
+    """Break a curve at its poles."""
+    return np.where(np.abs(values) > 3.0 * limit, np.nan, values)
+
+
