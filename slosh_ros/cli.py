@@ -1,4 +1,4 @@
-"""The `slosh` command: coefficients, checks, replay and simulation, without ROS."""
+"""The `slosh` command: coefficients, checks, replay, simulation, the paper, without ROS."""
 
 import json
 import sys
@@ -225,6 +225,37 @@ def simulate(
 
         with _progress(f'drawing {animate}', duration) as advance:
             animate_history(drive, tanks, histories[drive.label], scenario.stem, animate, advance)
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(help='Folder of the report.')] = Path('paper_report'),
+    only: Annotated[
+        Optional[list[str]], typer.Option(help='One item of the report, fig6; may be repeated.')
+    ] = None,
+) -> None:
+    """Recompute the paper and the experiments: HTML, Markdown, JSON, pictures, numbers."""
+    from slosh_ros.study.paper import Verdict, chosen, reproduce, write_report  # with matplotlib
+
+    names = only or []
+    with Progress(console=_err, transient=True, disable=not _err.is_terminal) as bar:
+        task = bar.add_task('', total=len(chosen(names)))
+
+        def show(title: str) -> None:
+            bar.update(task, description=title)
+
+        found = []
+        for one in reproduce(names, show):
+            found.append(one)
+            bar.advance(task)
+    write_report(found, out)
+    table = _table('item', *(verdict.value for verdict in Verdict))
+    for item, finding in found:
+        verdicts = [row.verdict for row in finding.rows]
+        table.add_row(item.name, *(str(verdicts.count(v) or '') for v in Verdict))
+    _out.print(table)
+    for name in ('index.html', 'report.md', 'paper.json'):
+        _out.print(f'{out / name}', soft_wrap=True)
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 TABLE_1_TANK = rectangular(8.0, 2.0, 1.6)
 TABLE_1_DEPTH = 0.8
 TABLE_1_DENSITY = 850.0  # not stated; found from the printed numbers, see table1
-PAPER_GRID = 0.05 + 0.1 * np.arange(50)  # on which the paper's peaks lie [rad/s]
+PAPER_GRID: Array = 0.05 + 0.1 * np.arange(50.0)  # on which the paper's peaks lie [rad/s]
 INFINITE = 50.0  # the paper's infinite frequency [rad/s]
 EPSILON = 0.02  # of eq (36); the paper does not state its own
 BRAKED_TANK = cylinder_x(1.2, 5.75)
@@ -56,7 +56,7 @@ def turned(modes: int = 400) -> ModalCoefficients:
 
 @cache
 def table_1_sweep() -> AddedMass:
-    """Added mass of the tank of section 4.2 as the paper has it: damped, on its grid."""
+    """Sweep the tank of section 4.2 as the paper does: damped, on its grid."""
     omega = np.append(PAPER_GRID, INFINITE)
     c = table_1()
     ratio = rectangular_wall_ratio(TABLE_1_TANK, TABLE_1_DEPTH, c.names)

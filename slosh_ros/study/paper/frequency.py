@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from slosh_ros.hydro.frequency import rectangular_wall_ratio, total_added_mass
+from slosh_ros.hydro.frequency import (
+    ComplexArray,
+    rectangular_wall_ratio,
+    total_added_mass,
+)
 from slosh_ros.study.paper import cases
 from slosh_ros.study.paper.cases import Array
 from slosh_ros.study.paper.draw import Curve, Panel, picture
@@ -12,12 +16,12 @@ from slosh_ros.study.paper.item import Drawing, Finding, Row, against
 
 _FINE = np.linspace(0.02, 5.0, 1200)  # [rad/s]
 _NO_CURVE = (
-    "the paper's curve is in a picture, which the text does not hold: of the curve itself nothing "
-    'can be compared'
+    "The paper's curve is in a picture, which the text does not hold: of the curve itself nothing "
+    'can be compared.'
 )
 
 
-def peaks(omega: Array, values: Array) -> Array:
+def peaks(omega: Array, values: ComplexArray) -> Array:
     """Frequencies at which a magnitude is higher than at both neighbours."""
     size = np.abs(values)
     inner = (size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])
@@ -43,7 +47,7 @@ def _peak_rows(
 
 
 def figure_3() -> Finding:
-    """Added mass of the rectangular tank, damped by eq (36)."""
+    """Draw the added mass of the rectangular tank, damped by eq (36)."""
     c, sweep = cases.table_1(), cases.table_1_sweep()
     ratio = rectangular_wall_ratio(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, c.names)
     fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
@@ -68,7 +72,10 @@ def figure_3() -> Finding:
         )
     return Finding(
         rows,
-        text=(f'epsilon = {cases.EPSILON} in eq (36); the paper does not state its own. {_NO_CURVE}.',),
+        text=(
+            f'epsilon = {cases.EPSILON} in eq (36); the paper does not state its own.',
+            _NO_CURVE,
+        ),
         drawings=(
             Drawing(
                 'fig3',
@@ -82,7 +89,7 @@ def figure_3() -> Finding:
 
 
 def figure_5() -> Finding:
-    """Added mass of the cylinder at two fills."""
+    """Draw the added mass of the cylinder at two fills."""
     rows, curves = [], {}
     columns: dict[str, Array] = {'omega [rad/s]': _FINE}
     for fill, printed in ((1.0, ('1.65', '3.75')), (1.5, ('2.05', '4.15'))):
@@ -107,7 +114,8 @@ def figure_5() -> Finding:
     return Finding(
         rows,
         text=(
-            f'Undamped modes; beyond the range of the axes the curves go to infinity. {_NO_CURVE}.',
+            'Undamped modes; beyond the range of the axes the curves go to infinity.',
+            _NO_CURVE,
         ),
         drawings=(
             Drawing(
@@ -123,5 +131,3 @@ def figure_5() -> Finding:
 def _broken(values: Array, limit: float) -> Array:
     """Break a curve at its poles."""
     return np.where(np.abs(values) > 3.0 * limit, np.nan, values)
-
-

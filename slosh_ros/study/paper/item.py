@@ -34,9 +34,9 @@ _MEANINGS = {
         'what is printed contradicts other numbers, equations or units of the paper; '
         'the evidence is computed'
     ),
-    Verdict.OPEN: 'the text does not state what one would need to know (its pictures are not in it)',
+    Verdict.OPEN: 'the text does not state what one would need (its pictures are not in it)',
     Verdict.DIFFERENT: 'all that is needed is stated, and we come to something else',
-    Verdict.BEYOND: 'the waves are too high, or too near to breaking, for the theory of the paper',
+    Verdict.BEYOND: 'the waves are too high, or too near to breaking, for the theory',
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -65,8 +66,8 @@ def figure_6() -> Finding:
             claim(
                 f'peak_{tag}', f'largest force over rigid force, one mode, {at}', f'{peak:.4f}',
                 'in a picture', abs(peak / closed - 1.0) < 1e-4, verdict=Verdict.OPEN,
-                why=f'closed form {closed:.4f}; with two modes {np.abs(force[2]).max():.4f}, with {MANY} '
-                f'{np.abs(force[MANY]).max():.4f}',
+                why=f'closed form {closed:.4f}; with two modes {np.abs(force[2]).max():.4f}, '
+                f'with {MANY} {np.abs(force[MANY]).max():.4f}',
                 evidence='engine against 1 + (m_1/m)|sin x/x|, x = omega t_r/2', head=True,
             )
         )  # fmt: skip
@@ -133,9 +134,10 @@ def _larger_inertia() -> Row:
     mass = full.mass / half.mass
     slosh = float(np.abs(high.slosh[:, 0]).max() / np.abs(low.slosh[:, 0]).max())
     return claim(
-        'inertia', 'from h = 1.0 R to 1.5 R: mass, sloshing force', f'x {mass:.2f}, x {slosh:.2f}',
-        'inertia effect grows more', mass > slosh, evidence='engine, both fills',
-        why='a larger increase in the inertia effect than in the sloshing effect, as the text says',
+        'inertia', 'from h = 1.0 R to 1.5 R: mass, sloshing force',
+        f'x {mass:.2f}, x {slosh:.2f}', 'inertia effect grows more', mass > slosh,
+        evidence='engine, both fills',
+        why='the inertia effect grows by more than the sloshing effect, as the text says',
     )  # fmt: skip
 
 
@@ -150,7 +152,7 @@ def turning_modes() -> dict[str, ModalCoefficients]:
         m = recipe_mode(float(first.omega[0]), push, cross, 3.0, shape)
         coupling = first.coupling.copy()
         coupling[0, [1, 3]] = m.push, m.turn
-        found[f'recipe, {shape}'] = cases.replace(first, mu=np.array([m.mu]), coupling=coupling)
+        found[f'recipe, {shape}'] = replace(first, mu=np.array([m.mu]), coupling=coupling)
     return found
 
 
@@ -164,12 +166,12 @@ def turning_runs() -> dict[str, Run]:
 
 
 def figure_7() -> Finding:
-    """The lateral acceleration that stands for Fig. 7."""
+    """Draw the lateral acceleration that stands for Fig. 7."""
     return Finding(
         [
             claim(
-                'curve', 'lateral acceleration of the turn', 'trapezoid: 0.1 g from 1.5 s to 6.5 s',
-                'in a picture', True, verdict=Verdict.OPEN,
+                'curve', 'lateral acceleration of the turn',
+                'trapezoid: 0.1 g from 1.5 s to 6.5 s', 'in a picture', True, verdict=Verdict.OPEN,
                 why='the text gives no number of Fig. 7; amplitude and times here are ours',
                 evidence='none', head=True,
             ),
@@ -186,21 +188,23 @@ def figure_7() -> Finding:
     )  # fmt: skip
 
 
+def _largest(wrench: Array) -> Array:
+    return np.asarray(np.abs(wrench).max(axis=0))
+
+
 def figure_8() -> Finding:
     """Sloshing force and moment while turning: trial shapes against the exact mode."""
     runs = turning_runs()
     cosine, linear = runs['recipe, cosine'], runs['recipe, linear']
     exact = runs['exact, all modes']
     apart = max(
-        float(np.abs(cosine.slosh[:, i] - linear.slosh[:, i]).max() / np.abs(cosine.slosh[:, i]).max())
-        for i in (1, 3)
+        _largest(cosine.slosh - linear.slosh)[i] / _largest(cosine.slosh)[i] for i in (1, 3)
     )
     waves = float(np.abs(linear.beta).max() / np.abs(cosine.beta).max())
     # beta is the elevation at the wall in all three: f = 1 there
     wall = float(np.abs(cosine.beta).max() / np.abs(runs['exact, 1 mode'].beta).max())
-    over = {i: float(np.abs(cosine.slosh[:, i]).max() / np.abs(exact.slosh[:, i]).max()) for i in (1, 3)}
-    c = cases.turned()
-    pivot = float(np.abs(exact.total[:, 3]).max() / np.abs(exact.slosh[:, 3]).max())
+    over = _largest(cosine.slosh)[[1, 3]] / _largest(exact.slosh)[[1, 3]]
+    pivot = _largest(exact.total)[3] / _largest(exact.slosh)[3]
     rows = [
         claim(
             'identical', 'force and moment with cosine and with linear shape',
@@ -212,7 +216,8 @@ def figure_8() -> Finding:
         ),
         claim(
             'conservative', 'recipe over exact: force, moment',
-            f'{over[1]:.3f}, {over[3]:.3f}', '"on the conservative side"', over[1] > 1.0,
+            f'{over[0]:.3f}, {over[1]:.3f}', '"on the conservative side"',
+            bool(np.all(over > 1.0)),
             head=True, why='the recipe lumps all modes into one, at the frequency of the first',
             evidence='engine, recipe against all sway modes',
         ),

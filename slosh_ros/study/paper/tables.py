@@ -6,10 +6,12 @@ from functools import cache
 
 import numpy as np
 
+from slosh_ros.hydro import coefficients_of
 from slosh_ros.hydro.fit import SURGE, SWAY, FittedFamily, fit_family
 from slosh_ros.hydro.recipe import RecipeMode, recipe_from_added_mass, recipe_mode
 from slosh_ros.study.paper import cases
 from slosh_ros.study.paper.item import Finding, Grid, Row, Verdict, against, claim
+from slosh_ros.tank import cylinder_x
 from slosh_ros.vehicle import Journey, Manoeuvre, Truck, TruckParameters
 from slosh_ros.vehicle.road import Bump
 
@@ -96,8 +98,8 @@ def table_1() -> Finding:
         text=(
             'Tank 8 m x 2 m, 0.8 m deep. "Analytical" is the closed form. "Numerical" is what the '
             "paper's recipe makes of our own added mass, damped by eq (36) on its frequency grid. "
-            '"Pole fit" is our identification from the same added mass: it has neither the error of '
-            'the grid nor that of lumping all modes into one.',
+            '"Pole fit" is our identification from the same added mass: it has neither the error '
+            'of the grid nor that of lumping all modes into one.',
         ),
         grids=(
             Grid(
@@ -116,8 +118,7 @@ def _density() -> Row:
     found = []
     for printed, name, push, turn in ((_LATERAL, 'y1', 1, 3), (_LONGITUDINAL, 'x1', 0, 4)):
         exact = _exact_numbers(name, push, turn)
-        for k in (1, 2, 4):
-            found.append(float(printed[k][2]) / exact[k] * c.density)
+        found += [float(printed[k][2]) / exact[k] * c.density for k in (1, 2, 4)]
     low, high = min(found), max(found)
     return claim(
         'density', 'density of the liquid', f'{low:.2f} to {high:.2f}', 'not stated',
@@ -147,7 +148,7 @@ def _recipe_error() -> list[Row]:
 
 
 def three_modes() -> Finding:
-    """The three-mode fit of section 4.2."""
+    """Fit three modes, as section 4.2 does."""
     fitted = fitted_surge()
     c = cases.table_1()
     j = cases.mode(c, 'x1')
@@ -182,7 +183,8 @@ def three_modes() -> Finding:
                 f'poles at {reached} rad/s', '(1,0), (3,0)',
                 np.allclose(fitted.omega, [c.omega[cases.mode(c, n)] for n in ('x1', 'x3', 'x5')],
                             rtol=1e-3),
-                verdict=Verdict.MISPRINT, why='(1,0) is the fundamental: (3,0) and (5,0) are meant',
+                verdict=Verdict.MISPRINT,
+                why='(1,0) is the fundamental: (3,0) and (5,0) are meant',
                 evidence='the poles are those of (1,0), (3,0), (5,0)',
             ),
         ],
@@ -233,7 +235,7 @@ def table_2() -> Finding:
             'omega_text', 'omega for h = 1.5 R: 2.05 in the text, 2.10 in Table 2',
             f'Table 2 was computed with {implied:.3f}', '2.05 and 2.10 rad/s',
             abs(implied - 2.10) < 0.005, unit='rad/s', verdict=Verdict.MISPRINT,
-            why=f'the exact one is {cases.braked(1.5).omega[0]:.4f} rad/s, which 2.05 is nearer to',
+            why=f'2.05 is nearer to the exact {cases.braked(1.5).omega[0]:.4f} rad/s',
             evidence='K = lambda_1/mu of the table, solved for omega', head=True,
         ),
         _unit_of_lambda(),
@@ -241,8 +243,8 @@ def table_2() -> Finding:
     return Finding(
         rows,
         text=(
-            'Horizontal cylinder R = 1.2 m, L = 5.75 m, water. mu and lambda_1 are the '
-            "recipe's, with the frequency printed in the table, so that only the added mass differs.",
+            'Horizontal cylinder R = 1.2 m, L = 5.75 m, water. mu and lambda_1 are those of the '
+            'recipe with the frequency printed in the table, so that only the added mass differs.',
         ),
     )
 
@@ -255,8 +257,7 @@ def _omega_of_ratio(ratio: float, span: float) -> float:
 def _unit_of_lambda() -> Row:
     """Double a tank: what is a mass grows eightfold, what is a first moment sixteenfold."""
     small, large = (
-        cases.coefficients_of(cases.cylinder_x(1.2 * s, 5.75 * s), 1.2 * s, 1000.0, 1)
-        for s in (1.0, 2.0)
+        coefficients_of(cylinder_x(1.2 * s, 5.75 * s), 1.2 * s, 1000.0, 1) for s in (1.0, 2.0)
     )
     growth = large.coupling[0] / np.where(small.coupling[0], small.coupling[0], 1.0)
     return claim(
@@ -301,7 +302,7 @@ def table_4() -> Finding:
     own = recipe_mode(omega, push, cross, 14.0)
     implied = _omega_of_ratio(-lambda_1 / mu, 14.0)
     ratio = lambda_1 / mu
-    quarter = cases.coefficients_of(cases.TRUCK_TANK, 0.5 * 1.125, 1000.0, 1).mass
+    quarter = coefficients_of(cases.TRUCK_TANK, 0.5 * 1.125, 1000.0, 1).mass
     return Finding(
         [
             against('mass', 'M_l', c.mass, '27832.55', 'kg', head=True,
@@ -316,8 +317,8 @@ def table_4() -> Finding:
                     evidence='section eigenproblem', head=True),
             claim('omega_implied', 'omega behind lambda_1/mu', f'{implied:.3f}', '0.675',
                   abs(implied / omega - 1.0) > 0.02, unit='rad/s', verdict=Verdict.MISPRINT,
-                  why=f'lambda_1/mu = {ratio:.5f} is the recipe at {implied:.3f} rad/s; at 0.675 it '
-                  f'would be {own.ratio:.5f}. One of the two frequencies is a slip',
+                  why=f'lambda_1/mu = {ratio:.5f} is the recipe at {implied:.3f} rad/s; at 0.675 '
+                  f'it would be {own.ratio:.5f}. One of the two frequencies is a slip',
                   evidence='K = lambda_1/mu, solved for omega', head=True),
             against('a11', 'A_11 at infinity, lambda_1²/mu', push, f'{-lambda_1**2 / mu:.0f}',
                     'kg', within=PANELS, why='printed as lambda_1 and mu; of ours '
@@ -357,5 +358,3 @@ def _reference_point(lever: float) -> Row:
         f'semitrailer, whose pitch eq (38) lets it act on (slender tank about O: {slender:.3f} m)',
         evidence='section eigenproblem',
     )  # fmt: skip
-
-
