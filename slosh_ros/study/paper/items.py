@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from slosh_ros.errors import InputError
-from slosh_ros.study.paper import frequency, manoeuvres, tables, truck
+from slosh_ros.study.paper import frequency, manoeuvres, slips, tables, truck
 from slosh_ros.study.paper.item import Item
 from slosh_ros.study.paper.report import Found
 
@@ -25,6 +25,8 @@ ITEMS = (
     Item('fig13', 'Figure 13: braking truck, pitch', truck.figure_13),
     Item('fig14', 'Figure 14: truck accelerating at 0.1 g', truck.figure_14),
     Item('fig15', 'Figure 15: truck accelerating at 0.2 g', truck.figure_15),
+    Item('errors_sloshing', 'Slips in sections 2 to 4', slips.sloshing),
+    Item('errors_vehicle', 'Slips in eqs (38) and (39)', slips.vehicle),
 )
 
 
