@@ -27,8 +27,9 @@ def sloshing() -> Finding:
             'Slips in tables and numbers stand with their items: table1 (the "3D effect"), '
             'three_modes (names of the modes, "closer"), table2 (2.05 against 2.10, unit), table3 '
             '(12.3, 13.61), table4 (0.5 R, 0.675), fig14 and fig15 (times of axle 2).',
-            'Slips of reference only: "Equation (25) shows that ... changing the mass" means (29); '
-            '"off-diagonal terms A_ii" means A_ij; indices j, k, i and m are used for one another.',
+            'Slips of reference only: "Equation (25) shows that ... changing the mass" means '
+            '(29); "off-diagonal terms A_ii" means A_ij; indices j, k, i and m are used for one '
+            'another.',
         ),
     )
 
@@ -108,7 +109,8 @@ def _green() -> list[Row]:
         return float(np.cosh(k * (z + depth)) * np.cosh(k * (z0 + depth)))
 
     def images(sign: float, z: float) -> float:
-        return 1.0 / np.hypot(0.5, z - z0) + 1.0 / np.hypot(0.5, z + sign * z0 + 2.0 * depth)
+        places = np.array([z - z0, z + sign * z0 + 2.0 * depth])
+        return float(np.sum(1.0 / np.hypot(0.5, places)))
 
     step = 1e-4
     laplace = [
@@ -273,11 +275,12 @@ def vehicle() -> Finding:
         rows,
         text=(
             'Eq (38) against the same model derived from its Lagrangian (a test derives it by '
-            'computer algebra). Right as printed: the signs of gravity, of -M_l d_l a, + M_l g l_l, '
-            "+ lambda_5 beta'' and - g lambda_1 beta, and all other terms of rows 1 to 3.",
-            'Slips of print only: lost subscripts in "c_bt l_bs z-dot", "c_bt l_bs l_bt theta-dot"; '
-            'a dot on "k_bt l_bs l_bt theta_s"; repeated text in the rows of theta_t, z_s and beta. '
-            'Table 3, the fill of Table 4 and two times of axle 2: items table3, table4, fig14, '
+            'computer algebra). Right as printed: the signs of gravity, of -M_l d_l a, '
+            "+ M_l g l_l, + lambda_5 beta'' and - g lambda_1 beta, and all other terms of rows "
+            '1 to 3.',
+            'Slips of print only: lost subscripts in "c_bt l_bs z-dot" and '
+            '"c_bt l_bs l_bt theta-dot"; a dot on "k_bt l_bs l_bt theta_s"; repeated text in the '
+            'rows of theta_t, z_s and beta. Table 3, the fill of Table 4 and two times of axle 2: items table3, table4, fig14, '
             'fig15.',
         ),
     )
