@@ -280,8 +280,8 @@ def vehicle() -> Finding:
             '1 to 3.',
             'Slips of print only: lost subscripts in "c_bt l_bs z-dot" and '
             '"c_bt l_bs l_bt theta-dot"; a dot on "k_bt l_bs l_bt theta_s"; repeated text in the '
-            'rows of theta_t, z_s and beta. Table 3, the fill of Table 4 and two times of axle 2: items table3, table4, fig14, '
-            'fig15.',
+            'rows of theta_t, z_s and beta. Table 3, the fill of Table 4 and two times of axle 2: '
+            'items table3, table4, fig14, fig15.',
         ),
     )
 
