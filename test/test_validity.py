@@ -18,7 +18,7 @@ from slosh_ros.modal.validity import (
 )
 from slosh_ros.tank import cylinder_x, rectangular
 
-DATA = REPOSITORY / 'test' / 'data'
+DATA = REPOSITORY / 'slosh_ros' / 'study' / 'data'
 G = 9.81
 
 

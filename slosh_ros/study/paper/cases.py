@@ -128,6 +128,8 @@ class Run:
         Sloshing wrench, and the whole one [N, N m].
     elevation_max : array, shape (n,)
         Largest wave height or depth [m].
+    use : array, shape (n,)
+        How much of the room of linear theory is used up; beyond 1 it is left [-].
     """
 
     time: Array
@@ -135,6 +137,7 @@ class Run:
     slosh: Array
     total: Array
     elevation_max: Array
+    use: Array
 
 
 def drive(
@@ -192,6 +195,7 @@ def drive(
         slosh=np.array([one.wrench for one in loads]),
         total=np.array([one.total for one in loads]),
         elevation_max=np.array([one.elevation_max for one in loads]),
+        use=np.array([one.trust.use() for one in loads]),
     )
 
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from slosh_ros.errors import InputError
-from slosh_ros.study.paper import frequency, manoeuvres, slips, tables, truck
+from slosh_ros.study.paper import (
+    frequency,
+    manoeuvres,
+    measured,
+    slips,
+    tables,
+    truck,
+    trust,
+)
 from slosh_ros.study.paper.item import Item
 from slosh_ros.study.paper.report import Found
 
@@ -27,6 +35,10 @@ ITEMS = (
     Item('fig15', 'Figure 15: truck accelerating at 0.2 g', truck.figure_15),
     Item('errors_sloshing', 'Slips in sections 2 to 4', slips.sloshing),
     Item('errors_vehicle', 'Slips in eqs (38) and (39)', slips.vehicle),
+    Item('cfd_cylinder', 'Two-phase CFD: braking cylinder of Figure 6', measured.cylinder),
+    Item('cfd_rectangle', 'Two-phase CFD: shallow rectangle', measured.rectangles),
+    Item('faltinsen2000', 'Measured wave height, Faltinsen et al. 2000', measured.faltinsen),
+    Item('trust', 'What to expect of linear theory', trust.expectations),
 )
 
 

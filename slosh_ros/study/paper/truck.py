@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from slosh_ros.modal.validity import ELEVATION_LIMIT
+from slosh_ros.modal.validity import WAVE_LIMIT_SHALLOW
 from slosh_ros.study.paper.cases import Array
 from slosh_ros.study.paper.draw import Curve, Panel, picture
 from slosh_ros.study.paper.item import Drawing, Finding, Grid, Row, Verdict, against, claim
@@ -196,7 +196,7 @@ def figure_12() -> Finding:
     moments = [float(np.abs(_m5(h)).max()) for h in (flat, bump, pit)]
     change = max(abs(m / moments[0] - 1.0) for m in moments[1:])
     raised = min(_largest(h) for h in (bump, pit)) / _largest(flat)
-    beyond = flat.wave_use > ELEVATION_LIMIT
+    beyond = flat.wave_use > WAVE_LIMIT_SHALLOW
     lowest = min(float(h.wheel_loads.sum(axis=2).min()) for h in (flat, bump, pit)) / 1e3
     rows += [
         claim('force_grows', 'bump and pit raise the sloshing force',
@@ -205,7 +205,7 @@ def figure_12() -> Finding:
         claim('moment_same', 'bump and pit change the sloshing moment', f'by {change:.1%}',
               '"little effect"', change < 0.02, evidence='as above', head=True),
         claim('valid', 'wave height over the freeboard, R',
-              f'{float(flat.wave_use.max()):.1f}, beyond {ELEVATION_LIMIT} from '
+              f'{float(flat.wave_use.max()):.1f}, beyond {WAVE_LIMIT_SHALLOW} from '
               f'{float(flat.time[beyond.argmax()]):.1f} s on', 'not in the paper', beyond.any(),
               verdict=Verdict.BEYOND, head=True,
               why="linear theory is left in the paper's own case: its numbers are those of the "
