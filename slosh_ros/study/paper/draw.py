@@ -59,12 +59,15 @@ class Panel:
         Range, where a pole would leave nothing to see of the rest.
     marks : mapping
         Vertical lines by name: where on the x axis.
+    log : bool
+        Logarithmic y axis.
     """
 
     ylabel: str
     curves: Sequence[Curve]
     ylim: tuple[float, float] | None = None
     marks: Mapping[str, float] | None = None
+    log: bool = False
 
 
 def picture(title: str, xlabel: str, panels: Sequence[Panel], share_x: bool = True) -> Figure:
@@ -94,7 +97,9 @@ def _fill(axis: Axes, panel: Panel) -> None:
     axis.set_ylabel(panel.ylabel)
     if panel.ylim is not None:
         axis.set_ylim(*panel.ylim)
-    axis.grid(alpha=0.3)
+    if panel.log:
+        axis.set_yscale('log')
+    axis.grid(alpha=0.3, which='both' if panel.log else 'major')
     axis.margins(x=0)
     axis.legend(
         loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=8,
