@@ -249,7 +249,7 @@ def paper(
             found.append(one)
             bar.advance(task)
     write_report(found, out)
-    table = _table('item', *(verdict.value for verdict in Verdict))
+    table = _table('item', *(verdict.name.lower() for verdict in Verdict))
     for item, finding in found:
         verdicts = [row.verdict for row in finding.rows]
         table.add_row(item.name, *(str(verdicts.count(v) or '') for v in Verdict))

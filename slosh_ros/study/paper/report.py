@@ -128,7 +128,7 @@ def _difference(row: Row) -> str:
     if row.difference is None:
         return ''
     text = f'{row.difference:+.2%}' if abs(row.difference) < 0.1 else f'{row.difference:+.1%}'
-    return f'{text} (of {row.tolerance:.1%})' if row.tolerance else text
+    return f'{text} (within {row.tolerance:.1%})' if (row.tolerance or 0.0) > 1e-3 else text
 
 
 def _cells(row: Row) -> tuple[str, str, str, str, str]:
@@ -191,9 +191,10 @@ figcaption, caption { font-size: .85rem; color: #444; text-align: left; }
 table { border-collapse: collapse; width: 100%; margin: 1rem 0; font-size: .88rem; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .5rem; overflow-wrap: anywhere;
   border-bottom: 1px solid #ddd; }
-th { border-bottom: 2px solid #666; } td.note { color: #444; border-bottom: 2px solid #ddd;
-  padding-top: 0; } tr.noted td { border-bottom: none; }
-.verdict { white-space: nowrap; font-weight: 600; }
+th { border-bottom: 2px solid #666; overflow-wrap: normal; }
+td.note { color: #444; border-bottom: 2px solid #ddd; padding-top: 0; }
+tr.noted td { border-bottom: none; }
+.verdict { white-space: nowrap; overflow-wrap: normal; font-weight: 600; }
 .REPRODUCED { color: #00603f; } .MISPRINT { color: #a34700; } .OPEN { color: #444; }
 .DIFFERENT { color: #7a0a3c; } .BEYOND { color: #004d80; }
 a { color: #00508a; }
