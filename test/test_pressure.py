@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 from drives import RECTANGLE, SECOND, START, G, engine_of, feed, stamps
 from numpy.typing import NDArray
 from wetted import wetted
@@ -288,7 +288,7 @@ def test_measured_pressure_in_a_pitching_tank() -> None:
     digitising's, and is left out.
     """
     data = np.genfromtxt(
-        Path(__file__).parent / 'data/slosh_experiments/akyildiz2006_probe2_pressure.csv',
+        REPOSITORY / 'slosh_ros/study/data/slosh_experiments/akyildiz2006_probe2_pressure.csv',
         delimiter=',', names=True,
     )  # fmt: skip
 

@@ -78,7 +78,7 @@ def mode(c: ModalCoefficients, name: str) -> int:
 
 
 def only(c: ModalCoefficients, *names: str) -> ModalCoefficients:
-    """Keep some modes of a tank."""
+    """Keep some modes of a tank; no pressure can be had of them."""
     j = [mode(c, name) for name in names]
     return replace(
         c,
@@ -88,6 +88,7 @@ def only(c: ModalCoefficients, *names: str) -> ModalCoefficients:
         coupling=c.coupling[j],
         wall_friction=None if c.wall_friction is None else c.wall_friction[j],
         surface_shapes=c.surface_shapes[:, j],
+        potentials=None,
     )
 
 
@@ -130,6 +131,8 @@ class Run:
         Largest wave height or depth [m].
     use : array, shape (n,)
         How much of the room of linear theory is used up; beyond 1 it is left [-].
+    pressure : array, shape (n, p)
+        At the points, less that of the level tank at rest [Pa].
     """
 
     time: Array
@@ -138,6 +141,7 @@ class Run:
     total: Array
     elevation_max: Array
     use: Array
+    pressure: Array
 
 
 def drive(
@@ -148,6 +152,7 @@ def drive(
     rate: Array | None = None,
     imu_height: float = 0.0,
     damping: float = 0.0,
+    points: Mapping[str, Array] | None = None,
 ) -> Run:
     """
     Feed a motion to the engine, sample by sample, as slosh_node would.
@@ -168,6 +173,8 @@ def drive(
         Of the IMU over O [m].
     damping : float
         Damping ratio of all modes.
+    points : mapping, optional
+        Where the pressure is wanted, about O in tank axes, by name [m].
     """
     given = {
         **{f'tank.{key}': value for key, value in tank.items()},
@@ -176,6 +183,10 @@ def drive(
         'tank.xyz': (-c.liquid.surface_centre).tolist(),  # base_link is O
         'imu.xyz': [0.0, 0.0, imu_height],
         'tank.density': c.density,
+        **{
+            f'pressure.{name}': (point + c.liquid.surface_centre).tolist()
+            for name, point in (points or {}).items()
+        },
     }
     config = SloshConfig.from_parameters(given)
     (configured,) = config.tanks
@@ -196,6 +207,7 @@ def drive(
         total=np.array([one.total for one in loads]),
         elevation_max=np.array([one.elevation_max for one in loads]),
         use=np.array([one.trust.use() for one in loads]),
+        pressure=np.array([one.pressure for one in loads]),
     )
 
 

@@ -19,7 +19,10 @@ _STYLES = (
     {'color': '#E69F00', 'linestyle': (0, (6, 1, 1, 1, 1, 1)), 'linewidth': 1.5},
     {'color': '#56B4E9', 'linestyle': (0, (8, 3)), 'linewidth': 1.2},
 )
-_POINTS = {'color': '#D55E00', 'marker': 'o', 'markersize': 3.5, 'linestyle': 'none'}
+_POINTS = {
+    'color': '#F0A0D0', 'marker': 'o', 'markersize': 4.5, 'linestyle': 'none',
+    'markeredgecolor': 'black', 'markeredgewidth': 0.6,
+}  # fmt: skip
 _WIDTH, _HEIGHT = 8.0, 2.7  # inches of a panel; legible on a phone
 
 
@@ -102,6 +105,7 @@ def _fill(axis: Axes, panel: Panel) -> None:
     axis.grid(alpha=0.3, which='both' if panel.log else 'major')
     axis.margins(x=0)
     axis.legend(
-        loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=8,
+        ncols=2 if len(panel.curves) == 4 else 3,
+        loc='lower left', bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=8,
         borderaxespad=0.2, handlelength=3.0,
     )  # fmt: skip

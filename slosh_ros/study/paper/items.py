@@ -9,6 +9,7 @@ from slosh_ros.study.paper import (
     frequency,
     manoeuvres,
     measured,
+    pitching,
     slips,
     tables,
     truck,
@@ -26,6 +27,7 @@ ITEMS = (
     Item('fig6', 'Figure 6: braking', manoeuvres.figure_6),
     Item('fig7', 'Figure 7: acceleration while turning', manoeuvres.figure_7),
     Item('fig8', 'Figure 8: turning', manoeuvres.figure_8),
+    Item('fig9', 'Figure 9: wall pressure under pitching', pitching.figure_9),
     Item('table3', 'Table 3: lengths of the truck', tables.table_3),
     Item('table4', 'Table 4: coefficients of the tank of the truck', tables.table_4),
     Item('fig11', 'Figure 11: braking truck, deceleration', truck.figure_11),
@@ -38,6 +40,7 @@ ITEMS = (
     Item('cfd_cylinder', 'Two-phase CFD: braking cylinder of Figure 6', measured.cylinder),
     Item('cfd_rectangle', 'Two-phase CFD: shallow rectangle', measured.rectangles),
     Item('faltinsen2000', 'Measured wave height, Faltinsen et al. 2000', measured.faltinsen),
+    Item('akyildiz2006', 'Measured wall pressure, Akyildiz & Unal 2006', pitching.akyildiz),
     Item('trust', 'What to expect of linear theory', trust.expectations),
 )
 

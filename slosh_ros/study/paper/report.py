@@ -128,7 +128,7 @@ def _difference(row: Row) -> str:
     if row.difference is None:
         return ''
     text = f'{row.difference:+.2%}' if abs(row.difference) < 0.1 else f'{row.difference:+.1%}'
-    return f'{text} (within {row.tolerance:.1%})' if (row.tolerance or 0.0) > 1e-3 else text
+    return f'{text} (limit {row.tolerance:.1%})' if (row.tolerance or 0.0) > 1e-3 else text
 
 
 def _cells(row: Row) -> tuple[str, str, str, str, str]:
@@ -140,8 +140,7 @@ def _cells(row: Row) -> tuple[str, str, str, str, str]:
 
 def _notes(row: Row) -> str:
     evidence = f'Evidence: {row.evidence}.' if row.evidence else ''
-    why = f'{row.why[0].upper()}{row.why[1:]}.' if row.why else ''
-    return f'{why} {evidence}'.strip()
+    return f'{row.why}. {evidence}'.strip() if row.why else evidence
 
 
 def _heads(found: Sequence[Found]) -> list[tuple[Item, Row]]:
