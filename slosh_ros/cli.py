@@ -238,16 +238,8 @@ def paper(
     from slosh_ros.study.paper import Verdict, chosen, reproduce, write_report  # with matplotlib
 
     names = only or []
-    with Progress(console=_err, transient=True, disable=not _err.is_terminal) as bar:
-        task = bar.add_task('', total=len(chosen(names)))
-
-        def show(title: str) -> None:
-            bar.update(task, description=title)
-
-        found = []
-        for one in reproduce(names, show):
-            found.append(one)
-            bar.advance(task)
+    with _steps([item.title for item in chosen(names)]) as tell:
+        found = list(reproduce(names, tell))
     write_report(found, out)
     table = _table('item', *(verdict.name.lower() for verdict in Verdict))
     for item, finding in found:
@@ -494,6 +486,16 @@ def _progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
                 bar.update(task, completed=done)
 
         yield advance
+
+
+@contextmanager
+def _steps(titles: list[str]) -> Iterator[Callable[[str], None]]:
+    if not _err.is_terminal:
+        yield lambda _: None
+        return
+    with Progress(console=_err, transient=True) as bar:
+        task = bar.add_task('', total=len(titles))
+        yield lambda title: bar.update(task, description=title, completed=titles.index(title))
 
 
 if __name__ == '__main__':

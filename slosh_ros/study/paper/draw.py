@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 # Okabe & Ito's colours by rising brightness, so that grey prints tell them apart as well; each
 # goes with a line style of its own
-_STYLES = (
+_STYLES: tuple[dict[str, Any], ...] = (
     {'color': 'black', 'linestyle': '-', 'linewidth': 1.8},
     {'color': '#0072B2', 'linestyle': '--', 'linewidth': 1.5},
     {'color': '#D55E00', 'linestyle': '-.', 'linewidth': 1.5},
@@ -19,7 +20,8 @@ _STYLES = (
     {'color': '#E69F00', 'linestyle': (0, (6, 1, 1, 1, 1, 1)), 'linewidth': 1.5},
     {'color': '#56B4E9', 'linestyle': (0, (8, 3)), 'linewidth': 1.2},
 )
-_POINTS = {
+_POINTS: dict[str, Any] = {
+    'zorder': 3,
     'color': '#F0A0D0', 'marker': 'o', 'markersize': 4.5, 'linestyle': 'none',
     'markeredgecolor': 'black', 'markeredgewidth': 0.6,
 }  # fmt: skip
@@ -87,10 +89,8 @@ def picture(title: str, xlabel: str, panels: Sequence[Panel], share_x: bool = Tr
 def _fill(axis: Axes, panel: Panel) -> None:
     lines = iter(_STYLES)
     for curve in panel.curves:
-        if curve.points:
-            axis.plot(curve.x, curve.y, label=curve.name, zorder=3, **_POINTS)  # type: ignore[arg-type]
-        else:
-            axis.plot(curve.x, curve.y, label=curve.name, **next(lines))  # type: ignore[arg-type]
+        style = _POINTS if curve.points else next(lines)
+        axis.plot(curve.x, curve.y, label=curve.name, **style)
     for name, place in (panel.marks or {}).items():
         axis.axvline(place, color='0.55', linewidth=0.8, zorder=0)
         axis.annotate(

@@ -74,7 +74,19 @@ def expectations() -> Finding:
     limits = {ratio: limit(ratio) for ratio in RATIOS}
     narrow = limits[0.5][0] / limits[1.0][0]
     worst, best = max(h[3] for h in within), min(h[3] for h in beyond)
+    level, wave = np.array([limits[ratio] for ratio in RATIOS]).T
+    name = 'largest within linear theory'
     forced = 2.0 * np.pi / PERIOD
+    theirs = Curve(
+        'their experiment',
+        [forced / measured.wave_tank().omega[0]],
+        [AMPLITUDE * forced**2 / GRAVITY],
+        points=True,
+    )
+    panels = [
+        Panel('acceleration [g]', (Curve(name, RATIOS, level), theirs), log=True),
+        Panel('wave height then\n[% of the length]', (Curve(name, RATIOS, 100.0 * wave),)),
+    ]
     off = max(abs(h[4]) for h in beyond)
     return Finding(
         [
@@ -107,22 +119,16 @@ def expectations() -> Finding:
             'a guess, if your vehicle dwells there.',
         ),
         drawings=(
-            Drawing('trust', 'How hard a tank may be shaken within linear theory.',
-                    picture('Limits of linear theory, tank of Faltinsen et al. 2000',
-                            'frequency of the motion / first natural frequency [-]', [
-                        Panel('acceleration [g]',
-                              (Curve('largest within linear theory', RATIOS,
-                                     [limits[r][0] for r in RATIOS]),
-                               Curve('their experiment',
-                                     [forced / measured.wave_tank().omega[0]],
-                                     [AMPLITUDE * forced**2 / GRAVITY], True)), log=True),
-                        Panel('wave height then\n[% of the length]',
-                              (Curve('largest within linear theory', RATIOS,
-                                     [100.0 * limits[r][1] for r in RATIOS]),)),
-                    ]),
-                    {'frequency ratio': RATIOS,
-                     'acceleration [g]': [limits[r][0] for r in RATIOS],
-                     'wave over length': [limits[r][1] for r in RATIOS]}),
+            Drawing(
+                'trust',
+                'How hard a tank may be shaken within linear theory.',
+                picture(
+                    'Limits of linear theory, tank of Faltinsen et al. 2000',
+                    'frequency of the motion / first natural frequency [-]',
+                    panels,
+                ),
+                {'frequency ratio': RATIOS, 'acceleration [g]': level, 'wave over length': wave},
+            ),
         ),
         grids=(
             Grid('All histories, undamped linear theory against data',
