@@ -13,8 +13,20 @@ import pytest
 from conftest import REPOSITORY
 from test_bad_input import refused
 from test_replay import slosh
+from wetted import wetted
 
-from slosh_ros.study.paper import ITEMS, Found, Verdict, as_json, manoeuvres, truck, write_report
+from slosh_ros.hydro import coefficients_of
+from slosh_ros.study.paper import (
+    ITEMS,
+    Found,
+    Verdict,
+    as_json,
+    cases,
+    frequency,
+    manoeuvres,
+    truck,
+    write_report,
+)
 from slosh_ros.study.paper.item import Finding, Item, against, claim
 from slosh_ros.study.paper.measured import judged, own_frequency
 from slosh_ros.vehicle.scenario import Scenario
@@ -75,6 +87,15 @@ def test_cases_of_section_5_are_those_of_the_library(manoeuvre: str, road: str) 
     ours, theirs = (s.simulate((), 0.05).columns for s in (one, other))
     for column in ('t', 'ax', 'theta_s', 'fx', 'my'):
         np.testing.assert_array_equal(ours[column], theirs[column])
+
+
+@pytest.mark.parametrize('fill', [0.5, 1.0, 1.5])
+def test_wall_ratio_of_a_cylinder_is_that_of_another_quadrature(fill: float) -> None:
+    c = coefficients_of(cases.BRAKED_TANK, fill * 1.2, 1000.0, 6)
+    wall, lid = wetted(cases.BRAKED_TANK, fill * 1.2)
+    above, below = (face.weights @ c.potentials.modes(face.points) ** 2 for face in (wall, lid))
+    ratio = frequency.cylinder_wall_ratio(c, cases.BRAKED_TANK, fill * 1.2)
+    np.testing.assert_allclose(ratio, above / below, rtol=2e-4)
 
 
 # --- judging -----------------------------------------------------------------------------------

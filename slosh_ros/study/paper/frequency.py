@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from slosh_ros.constants import GRAVITY
+from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.hydro.frequency import (
     ComplexArray,
     rectangular_wall_ratio,
@@ -13,7 +15,10 @@ from slosh_ros.study.paper import cases
 from slosh_ros.study.paper.cases import Array
 from slosh_ros.study.paper.draw import Curve, Panel, picture
 from slosh_ros.study.paper.item import Drawing, Finding, Row, against
+from slosh_ros.tank import UniformTank
 
+_NODES = 24  # of Gauss, in each direction
+_MODES = 60
 _FINE = np.linspace(0.02, 5.0, 1200)  # [rad/s]
 _NO_CURVE = (
     "The paper's curve is in a picture, which the text does not hold: of the curve itself nothing "
@@ -88,33 +93,68 @@ def figure_3() -> Finding:
     )
 
 
+def cylinder_wall_ratio(c: ModalCoefficients, tank: UniformTank, depth: float) -> Array:
+    """
+    Integral of phi^2 over the wetted walls over that of f^2 over the free surface, per mode.
+
+    Parameters
+    ----------
+    c : ModalCoefficients
+        Of the liquid in it, with potentials.
+    tank : UniformTank
+        A horizontal cylinder.
+    depth : float
+        Depth of the liquid [m].
+
+    Returns
+    -------
+    array, shape (n,)
+        [-]; see :func:`slosh_ros.hydro.frequency.rectangular_wall_ratio`.
+    """
+    if c.potentials is None:
+        raise TypeError('the wall ratio needs the potentials of the modes')
+    radius, end = tank.height / 2.0, tank.length / 2.0
+    reach = np.arccos(1.0 - depth / radius)  # from the lowest point to the contact line
+    place, weight = np.polynomial.legendre.leggauss(_NODES)
+    angle, part = np.meshgrid(reach * place, place, indexing='ij')
+    y, z = radius * np.sin(angle), radius - depth - radius * np.cos(angle)
+    shell = np.stack([end * part, y, z], axis=-1).reshape(-1, 3)
+    # an end in level strips from the lowest point up: |y| is the half width of a strip
+    head = np.stack([np.full_like(y, end), np.abs(y) * part, z], axis=-1).reshape(-1, 3)
+    weights = np.outer(reach * weight, weight)
+    square = weights.ravel() * radius * end @ c.potentials.modes(shell) ** 2
+    # over -reach .. reach each strip comes twice: once for each end
+    square += (weights * y**2).ravel() @ c.potentials.modes(head) ** 2
+    return np.asarray(square / (c.mu * c.omega**2 / (c.density * GRAVITY)))
+
+
 def figure_5() -> Finding:
     """Draw the added mass of the cylinder at two fills."""
     rows, curves = [], {}
     columns: dict[str, Array] = {'omega [rad/s]': _FINE}
     for fill, printed in ((1.0, ('1.65', '3.75')), (1.5, ('2.05', '4.15'))):
-        c = cases.braked(fill)
+        c = cases.braked(fill, _MODES)
+        ratio = cylinder_wall_ratio(c, cases.BRAKED_TANK, fill * 1.2)
         exact = tuple(float(c.omega[cases.mode(c, n)]) for n in ('x1', 'x3'))
-        found = peaks(cases.PAPER_GRID, total_added_mass(c, cases.PAPER_GRID)[:, 0, 0])
+        grid = total_added_mass(c, cases.PAPER_GRID, cases.EPSILON, ratio)
+        found = peaks(cases.PAPER_GRID, grid[:, 0, 0])
         tag = f'fill_{fill:.1f}R'.replace('.', '_')
         rows += _peak_rows(tag, f'h = {fill:.1f} R', printed, found, exact)
-        fine = total_added_mass(c, _FINE).real / 1e3
+        fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
         curves[fill] = fine
         columns[f'A_11 at {fill} R [t]'] = fine[:, 0, 0]
         columns[f'A_15 at {fill} R [t m]'] = fine[:, 0, 4]
     panels = [
         Panel(
-            f'A_{i + 1}{k + 1} [{unit}]',
-            [Curve(f'h = {fill} R', _FINE, _broken(fine[:, i, k], 120.0))
-             for fill, fine in curves.items()],
-            ylim=(-120.0, 120.0),
+            f'Re A_{i + 1}{k + 1} [{unit}]',
+            [Curve(f'h = {fill} R', _FINE, fine[:, i, k]) for fill, fine in curves.items()],
         )
         for i, k, unit in ((0, 0, 't'), (0, 4, 't m'))
     ]  # fmt: skip
     return Finding(
         rows,
         text=(
-            'Undamped modes; beyond the range of the axes the curves go to infinity.',
+            f'{_MODES} modes, damped by eq (36) with epsilon = {cases.EPSILON}.',
             _NO_CURVE,
         ),
         drawings=(
@@ -126,8 +166,3 @@ def figure_5() -> Finding:
             ),
         ),
     )
-
-
-def _broken(values: Array, limit: float) -> Array:
-    """Break a curve at its poles."""
-    return np.where(np.abs(values) > 3.0 * limit, np.nan, values)
