@@ -58,6 +58,14 @@ def scenario(manoeuvre: str, height: float, cargo: str = 'liquid') -> Scenario:
     return Scenario.from_parameters(given)
 
 
+def journey(manoeuvre: str) -> Journey:
+    """Give the truck's way over the bump."""
+    plan = scenario(manoeuvre, 0.2).plan
+    if not isinstance(plan, Journey):
+        raise TypeError('the cases of section 5 are of the truck of the paper')
+    return plan
+
+
 @cache
 def history(manoeuvre: str, height: float, cargo: str = 'liquid') -> History:
     """Solve it, as `slosh simulate` does."""
@@ -78,7 +86,7 @@ def _largest(h: History, until: float = HALT) -> float:
 
 
 def _contacts(manoeuvre: str) -> tuple[Contact, ...]:
-    return scenario(manoeuvre, 0.2).journey.contacts
+    return journey(manoeuvre).contacts
 
 
 def _wheel_rows(manoeuvre: str) -> list[Row]:
@@ -98,7 +106,7 @@ def _wheel_rows(manoeuvre: str) -> list[Row]:
 def figure_11() -> Finding:
     """Draw the deceleration of the truck."""
     h = history('brake', 0.0)
-    stop = scenario('brake', 0.0).journey.manoeuvre.knots[-1]
+    stop = journey('brake').manoeuvre.knots[-1]
     return Finding(
         [
             against('halt', 'the truck halts', float(stop), '11.20', 's', head=True,
