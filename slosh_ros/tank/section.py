@@ -174,7 +174,7 @@ class SymmetricSection(Section):
     def contour(self) -> Array:
         """Polygon around the whole section, about the centre of the bounding box [m]."""
         height = self.bounding_box[1]
-        return np.asarray(self._around(height, _DRAWN_POINTS) + np.array([0.0, height / 2.0]))
+        return self._around(height, _DRAWN_POINTS) + np.array([0.0, height / 2.0])
 
 
 @dataclass(frozen=True)
