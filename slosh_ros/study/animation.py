@@ -180,14 +180,10 @@ def walls_of(liquid: TankLiquid) -> tuple[Array, Array]:
     assert tank is not None
     assert c is not None
     if isinstance(tank, UniformTank):
-        along, across = _box(tank.length, tank.height), _closed(tank.section.contour)
+        along, across = _box(tank.length, tank.height), tank.section.outline()
     else:
         along = across = _box(2.0 * tank.radius, tank.height)
     return along - c.liquid.surface_centre[[0, 2]], across - c.liquid.surface_centre[1:]
-
-
-def _closed(polygon: Array) -> Array:
-    return np.concatenate([polygon, polygon[:1]])
 
 
 class _Cut:

@@ -126,11 +126,6 @@ class Polygon(Section):
             yz=yz,
         )
 
-    @property
-    def contour(self) -> Array:
-        """Polygon around the whole section, about the centre of the bounding box [m]."""
-        return self.corners
-
     def outline(self, depth: float) -> Array:
         """
         Polygon around the liquid.

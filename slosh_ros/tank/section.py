@@ -17,7 +17,6 @@ from slosh_ros.errors import InputError
 
 Array = NDArray[np.float64]
 
-_DRAWN_POINTS = 129
 _WALL_POINTS = 4001  # of a wall that is taken for a polygon: 1e-7 of a circle's radius off
 _SAME_PLACE = 1e-6  # [-] corners of a wall that are closer than this are one
 _GAUSS = np.polynomial.legendre.leggauss(24)
@@ -87,11 +86,6 @@ class Section(ABC):
     @abstractmethod
     def moments(self, depth: float) -> SectionMoments:
         """Area moments of the liquid that stands `depth` metres deep, within the section."""
-
-    @property
-    @abstractmethod
-    def contour(self) -> Array:
-        """Polygon around the whole section, shape (n, 2), about the centre of the box [m]."""
 
     @abstractmethod
     def outline(self, depth: float) -> Array:
@@ -163,18 +157,28 @@ class SymmetricSection(Section):
 
     def outline(self, depth: float) -> Array:
         """Polygon around the liquid, so dense that it is almost the wall."""
-        return self._around(depth, _WALL_POINTS)
-
-    def _around(self, depth: float, points: int) -> Array:
-        s = np.union1d(np.linspace(0.0, 1.0, points), self.corners(depth))
+        s = np.union1d(np.linspace(0.0, 1.0, _WALL_POINTS), self.corners(depth))
         right = self.wall(depth, s).T
         return np.concatenate([right[::-1], right[:-1] * [-1.0, 1.0]])
 
-    @property
-    def contour(self) -> Array:
-        """Polygon around the whole section, about the centre of the bounding box [m]."""
+    def outline(self, points: int = 129) -> Array:
+        """
+        Outline of the whole section, for pictures.
+
+        Parameters
+        ----------
+        points : int
+            Number of points on either half, besides the corners.
+
+        Returns
+        -------
+        array, shape (n, 2)
+            y and z about the centre of the bounding box [m], once around.
+        """
         height = self.bounding_box[1]
-        return self._around(height, _DRAWN_POINTS) + np.array([0.0, height / 2.0])
+        s = np.union1d(np.linspace(0.0, 1.0, points), self.corners(height))
+        y, z = self.wall(height, s) + np.array([[0.0], [height / 2.0]])
+        return np.column_stack([np.append(y, -y[::-1]), np.append(z, z[::-1])])
 
 
 @dataclass(frozen=True)
