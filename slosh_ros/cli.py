@@ -271,7 +271,11 @@ def _checked(file: Path) -> str:
     """Do with a parameter file what the nodes do with it, and tell what it holds."""
     if names_node(file, 'rollover_node'):
         return f'vehicle of {RollVehicle.from_file(file).mass:.0f} kg with empty tanks'
-    engine = SloshEngine(SloshConfig.from_file(file))
+    config = SloshConfig.from_file(file)
+    try:
+        engine = SloshEngine(config)
+    except InputError as error:
+        raise InputError(f'{file}: {error}') from error
     if names_node(file, 'vehicle_node'):
         Scenario.from_file(file)
     tanks = (tank.config for tank in engine.tanks)

@@ -23,6 +23,11 @@ GOOD = """/**:
       height: 1.6
       fill_ratio: 0.5
 """
+BOX = """shape: rectangular
+      length: 8.0
+      width: 2.0
+      height: 1.6"""
+assert BOX in GOOD
 
 
 @pytest.mark.parametrize(
@@ -42,7 +47,7 @@ GOOD = """/**:
         (('fill_ratio: 0.5', 'fill_ratio: 1.5'), 'tank.fill_ratio is 1.5; it must be from 0 to 1'),
         (('fill_ratio: 0.5', 'fill_ratio: 0.001'), 'tank.fill_ratio fills 0.10% of the tank; it must fill from 1% to 99%'),
         (('fill_ratio: 0.5', 'fill_depth: 2.0'), 'tank.fill_depth is 2 m; the tank is 1.6 m high'),
-        (('shape: rectangular', 'shape: rectangle'), "tank.shape is 'rectangle'; it must be one of rectangular, cylinder_x, cylinder_z; did you mean rectangular?"),
+        (('shape: rectangular', 'shape: rectangle'), '; did you mean rectangular?'),
         (('shape: rectangular', ''), 'tank.shape is missing'),
         (('    tank:', '    tank.width: 3.0\n    tank:'), 'gives tank.width twice'),
         (('    tank:', '    tanks: [front]\n    tank:'), 'tank.shape is not a parameter'),
@@ -61,6 +66,15 @@ GOOD = """/**:
         (('  ros__parameters:', '  parameters:'), "has no 'ros__parameters:' with entries under '/**:'"),
         (('/**:', 'other_node:'), 'is not a parameter file for slosh_node'),
         (('/**:', '/**: ['), 'is not valid YAML'),
+        ((BOX, 'shape: section_x\n      length: 8.0\n      points: [0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0]'), 'tank.points has edges that cross or touch: from corner 1 (0, 0) to 2 and from corner 3 (1, 0) to 4'),
+        ((BOX, 'shape: section_x\n      length: 8.0\n      points: [0.0, 0.0, 1.0, 0.0, 1.0]'), 'tank.points has 5 numbers; it takes pairs'),
+        ((BOX, 'shape: section_x\n      length: 8.0\n      points: [0.0, 0.0, 2400.0, 0.0, 0.0, 1700.0]'), 'tank.points is 2400 [m]; it must be from -1000 to 1000 m'),
+        ((BOX, 'shape: section_x\n      length: 8.0\n      points: [0, 0, 1, 0, 0, 1]'), 'tank.points has the integer 0 where ROS 2 wants a double'),
+        ((BOX, 'shape: section_x\n      length: 8.0\n      points: 1.0'), 'tank.points is 1.0; it takes a list of numbers'),
+        ((BOX, 'shape: section_x\n      length: 8.0\n      points: [0.0, 2.0, 1.0, 0.0, 2.0, 1.9, 3.0, 0.0, 4.0, 2.0]'), 'tank: filled to 50.00%, 1.41331 m deep, the section has 2 pools'),
+        ((BOX, BOX.replace('rectangular', 'rounded_rectangle_x') + '\n      corner_radius: 1.0'), 'tank.corner_radius is 1 m; a section 2 m wide and 1.6 m high has room for 0 to 0.8 m'),
+        ((BOX, BOX.replace('rectangular', 'ellipse_x') + '\n      radius: 1.0'), 'tank.radius is given, but'),
+        ((BOX, BOX.replace('rectangular', 'ellipse_x').replace('1.6', '0.0')), 'tank.height is 0 [m]; it must be from 1e-06'),
     ],
 )  # fmt: skip
 def test_bad_parameter_file(tmp_path, change, says):

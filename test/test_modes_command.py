@@ -57,7 +57,7 @@ def test_fill_is_taken_from_the_command_line():
     assert depths[0] < depths[1]
 
 
-@pytest.mark.parametrize('name', ['rectangular_tank', 'half_full_tanker'])
+@pytest.mark.parametrize('name', ['rectangular_tank', 'half_full_tanker', 'modified_oval'])
 def test_picture_of_the_surface_shapes(tmp_path, name):
     picture = tmp_path / 'modes.png'
     result = slosh('modes', REPOSITORY / 'config' / f'{name}.yaml', '--plot', picture)

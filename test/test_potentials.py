@@ -103,7 +103,7 @@ def test_no_mode_flows_through_the_wall(liquid: Liquid) -> None:
     # modes bend sharply at the contact line of a pipe more than half full, and at corners
     sharp = np.array([[np.inf, np.inf]])
     if isinstance(liquid.tank, UniformTank) and isinstance(liquid.tank.section, Polygon):
-        sharp = liquid.tank.section.outline(liquid.depth)
+        sharp = liquid.tank.section.liquid_outline(liquid.depth)
     away = np.hypot(*(wall.points[:, np.newaxis, 1:] - sharp).transpose(2, 0, 1)).min(axis=1)
     wall = Surface(*(part[(wall.points[:, 2] < -0.05) & (away > 0.1)] for part in wall))
     kappa = liquid.coefficients.omega**2 / GRAVITY

@@ -49,7 +49,7 @@ def _plane(origin: Array, normal: Array, first: tuple, second: tuple) -> Surface
 def _polygonal(tank: UniformTank, depth: float) -> tuple[Surface, Surface]:
     """Walls and lid of a convex section; its ends in triangles around the centroid."""
     half, x = tank.length / 2.0, interval(-tank.length / 2.0, tank.length / 2.0)
-    corners = np.pad(tank.section.outline(depth), ((0, 0), (1, 0)))
+    corners = np.pad(tank.section.liquid_outline(depth), ((0, 0), (1, 0)))
     middle = corners.mean(axis=0)
     share = interval(0.0, 1.0)
     sides = {True: [], False: []}

@@ -205,6 +205,10 @@ class SloshConfig:
 def _tank(p: Values, name: str, points: dict[str, str]) -> TankConfig:
     tank = tank_of(p, name)
     depth = _depth(p, name, tank)
+    try:
+        tank.filled(depth)
+    except InputError as error:
+        raise InputError(f'{name}: {error}') from error
     modes = int(p.number(f'{name}.modes'))
     damping_key, viscosity_key = f'{name}.damping_ratio', f'{name}.kinematic_viscosity'
     damping = np.atleast_1d(p.vector(damping_key)) if damping_key in p else np.zeros(1)

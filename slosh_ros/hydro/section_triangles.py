@@ -92,9 +92,9 @@ def polygon_functions(
     Raises
     ------
     InputError
-        If the liquid is not one pool, or has details too small to be computed.
+        If the liquid has details too small to be computed.
     """
-    outline = section.outline(depth)
+    outline = section.liquid_outline(depth)
     if not section.is_symmetric:
         mesh = _mesh(outline, False, wave_numbers[1], resolution)
         return (_reduced(mesh, Parity.NONE, wave_numbers),)

@@ -126,31 +126,38 @@ class Polygon(Section):
             yz=yz,
         )
 
-    def outline(self, depth: float) -> Array:
+    def outline(self, points: int = 129) -> Array:
+        """Outline of the whole section: its corners."""
+        del points
+        return self.corners
+
+    def check(self, depth: float) -> None:
         """
-        Polygon around the liquid.
+        Check that the liquid is one pool with a free surface.
 
         Raises
         ------
         InputError
-            If the liquid lies in several pools, or reaches the surface through a pinhole.
+            If it lies in several pools, or reaches the surface through a pinhole.
         """
-        pools, moments = self.pools(depth), self.moments(depth)
+        count, moments = len(self.pools(depth)), self.moments(depth)
         level = f'filled to {moments.area / self.area:.2%}, {depth:g} m deep,'
-        if len(pools) != 1:
+        if count != 1:
             raise InputError(
-                f'{level} the section has {len(pools)} pools that are not connected; write a tank '
-                'for each, or another fill'
+                f'{level} the section has {count} pools that are not connected; write a tank for '
+                'each, or another fill'
             )
-        if moments.width < _PINHOLE * self.bounding_box[0]:
-            raise InputError(f'{level} the section has no free surface to speak of; fill it less')
-        narrowest = min(right - left for left, right in moments.surface)
+        narrowest = min((right - left for left, right in moments.surface), default=0.0)
         if narrowest < _PINHOLE * self.bounding_box[0]:
             raise InputError(
-                f'{level} a piece of the free surface is only {narrowest:.2g} m wide; write a '
+                f'{level} the section has a free surface only {narrowest:.2g} m wide; write a '
                 'slightly different fill'
             )
-        return np.asarray(pools[0] - [moments.surface_y, 0.0])
+
+    def liquid_outline(self, depth: float) -> Array:
+        """Outline of the liquid, which must be one pool."""
+        (pool,) = self.pools(depth)
+        return np.asarray(pool - [self.moments(depth).surface_y, 0.0])
 
 
 def below(corners: Array, rounding: float) -> list[Array]:

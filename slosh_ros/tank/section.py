@@ -88,9 +88,36 @@ class Section(ABC):
         """Area moments of the liquid that stands `depth` metres deep, within the section."""
 
     @abstractmethod
-    def outline(self, depth: float) -> Array:
+    def outline(self, points: int = 129) -> Array:
         """
-        Polygon around the liquid, or so dense that it is almost one.
+        Outline of the whole section, for pictures.
+
+        Parameters
+        ----------
+        points : int
+            Number of points on either half of a curved wall.
+
+        Returns
+        -------
+        array, shape (n, 2)
+            y and z about the centre of the bounding box [m], once around.
+        """
+
+    def check(self, depth: float) -> None:
+        """
+        Check that the liquid is one body with a free surface.
+
+        Raises
+        ------
+        InputError
+            If it is not; none by default.
+        """
+        del depth
+
+    @abstractmethod
+    def liquid_outline(self, depth: float) -> Array:
+        """
+        Outline of the liquid; on a curved wall the points are so dense that it is almost it.
 
         Parameters
         ----------
@@ -114,7 +141,7 @@ class Section(ABC):
         point : array, shape (2,)
             y and z about O [m].
         """
-        start = self.outline(depth)
+        start = self.liquid_outline(depth)
         end = np.roll(start, -1, axis=0)
         way = end - start
         # from inside, the ray along +y leaves an odd number of times
@@ -155,26 +182,14 @@ class SymmetricSection(Section):
         del depth
         return ()
 
-    def outline(self, depth: float) -> Array:
-        """Polygon around the liquid, so dense that it is almost the wall."""
+    def liquid_outline(self, depth: float) -> Array:
+        """Outline of the liquid, so dense that it is almost the wall."""
         s = np.union1d(np.linspace(0.0, 1.0, _WALL_POINTS), self.corners(depth))
         right = self.wall(depth, s).T
         return np.concatenate([right[::-1], right[:-1] * [-1.0, 1.0]])
 
     def outline(self, points: int = 129) -> Array:
-        """
-        Outline of the whole section, for pictures.
-
-        Parameters
-        ----------
-        points : int
-            Number of points on either half, besides the corners.
-
-        Returns
-        -------
-        array, shape (n, 2)
-            y and z about the centre of the bounding box [m], once around.
-        """
+        """Outline of the whole section, with so many points on either half and its corners."""
         height = self.bounding_box[1]
         s = np.union1d(np.linspace(0.0, 1.0, points), self.corners(height))
         y, z = self.wall(height, s) + np.array([[0.0], [height / 2.0]])

@@ -117,7 +117,13 @@ class UniformTank:
         ----------
         depth : float
             Greatest depth [m], between 0 and the inner height.
+
+        Raises
+        ------
+        InputError
+            If the liquid is not one body with a free surface.
         """
+        self.section.check(depth)
         length = self.length
         m: SectionMoments = self.section.moments(depth)
         xx = m.area * length**3 / 12.0
@@ -149,6 +155,7 @@ class UniformTank:
         array, shape (3,)
             In the tank frame [m]; the given point itself if it is in the liquid.
         """
+        self.section.check(depth)
         surface = np.array([self.section.moments(depth).surface_y, depth - self.height / 2.0])
         x = np.clip(point[0], -self.length / 2.0, self.length / 2.0)
         return np.array([x, *(surface + self.section.nearest(depth, point[1:] - surface))])
