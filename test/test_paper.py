@@ -31,9 +31,6 @@ from slosh_ros.study.paper.item import Finding, Item, against, claim
 from slosh_ros.study.paper.measured import judged, own_frequency
 from slosh_ros.vehicle.scenario import Scenario
 
-# Items share what they solve, so one process does them all.
-pytestmark = pytest.mark.xdist_group('paper')
-
 # A verdict that changes is a matter for people: was it the physics, or the paper? `slosh paper`
 # writes the present ones into paper.json.
 DECIDED = json.loads((REPOSITORY / 'test' / 'data' / 'paper_verdicts.json').read_text())
