@@ -53,9 +53,10 @@ format: $(STAMP) ## let ruff write the code as lint wants it
 	$(RUN) ruff check --fix
 	$(RUN) ruff format
 
-bench: $(STAMP) ## what a sample costs, against a bare relay node, and what a scenario costs
+bench: $(STAMP) ## what a sample costs, against a bare relay node; what scenarios and tanks cost
 	.venv/bin/python bench/node_against_relay.py
 	.venv/bin/python bench/simulate.py
+	.venv/bin/python bench/coefficients.py
 
 colcon: $(STAMP) ## build and test as in a ROS workspace; then `source install/setup.bash`
 	$(RUN) colcon build --base-paths .

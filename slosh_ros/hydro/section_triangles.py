@@ -36,9 +36,11 @@ _SIDES = ((0, 1), (1, 2), (0, 2))  # corners of each side of a triangle
 
 _GROWTH = 0.6  # of the triangles' size with the depth below the free surface
 _CUT = 0.2  # ratio of sizes of triangles from one layer around a corner to the next
-_SLOPE = 0.5  # fall of the degree from a size of triangles to half that size
+# Fall of the degree from a size of triangles to half that size; around sharp corners it is slower.
+_SLOPE, _SLOPE_SHARP = 0.9, 0.5
 _LEAST_DEGREE = 2
 _REGULAR = 3.0  # exponent of a corner that needs no layers
+_SHARP_EXPONENT, _SHARP_STRENGTH = 1.05, 0.1  # at most, at least: of a corner that juts in
 _LOADS = 12  # polynomials on each piece of the free surface, and two for each half-wave
 _SHIFTS_PER_DECADE = 3.0
 _STEADY = 1e-4  # k that stands for 0, for which K + k^2 M is singular, over the largest k
@@ -262,25 +264,25 @@ def _mesh(
         return np.asarray(at_surface + _GROWTH * np.abs(points[:, 1]))
 
     points, triangles = triangulate(outline, size)
-    layers = _layers(outline, is_half, points, triangles, at_surface, resolution)
+    exponent, strength = _singularities(outline, is_half)
+    layers = _layers(exponent, strength, points, triangles, at_surface, resolution)
     points, triangles = _layered(points, triangles, layers)
     triangles = np.sort(triangles, axis=1)
     corners = points[triangles]
     longest = np.max([np.hypot(*(corners[:, a] - corners[:, b]).T) for a, b in _SIDES], axis=0)
-    degrees = resolution.degree + _SLOPE * np.log2(longest / size(corners.mean(axis=1)))
+    middle = corners.mean(axis=1)
+    sharp = outline[(exponent < _SHARP_EXPONENT) & (strength > _SHARP_STRENGTH)]
+    away = np.hypot(*(middle[:, np.newaxis] - sharp).transpose(2, 0, 1)).min(
+        axis=1, initial=np.inf
+    )
+    slope = np.where(away < size(middle), _SLOPE_SHARP, _SLOPE)
+    degrees = resolution.degree + slope * np.log2(longest / size(middle))
     degrees = np.clip(np.ceil(degrees), _LEAST_DEGREE, resolution.degree).astype(np.intp)
     return _numbered(points, triangles, is_half, degrees, resolution.degree)
 
 
-def _layers(
-    outline: Array,
-    is_half: bool,
-    points: Array,
-    triangles: Indices,
-    half_wave: float,
-    resolution: TriangleResolution,
-) -> NDArray[np.intp]:
-    """How many layers of triangles each corner of the outline needs."""
+def _singularities(outline: Array, is_half: bool) -> tuple[Array, Array]:
+    """Exponents of the distance at the corners, and how strong each such term may be, 0 to 1."""
     on_axis = is_half & (outline[:, 0] == 0.0)
     angles = np.where(on_axis, 2.0, 1.0) * corner_angles(outline)  # of the whole section
     before = np.roll(outline, 1, axis=0)
@@ -291,8 +293,20 @@ def _layers(
     strength = np.where(contact, 1.0, np.minimum(np.abs(angles / np.pi - 1.0), 1.0))
     strength[np.isclose(exponent, 2.0, rtol=0.0, atol=1e-6)] = 0.0
     strength[exponent > _REGULAR] = 0.0
-    scale = min(half_wave, float(np.sqrt(np.ptp(outline, axis=0).prod())))
-    layers = np.zeros(len(outline), dtype=np.intp)
+    return exponent, strength
+
+
+def _layers(
+    exponent: Array,
+    strength: Array,
+    points: Array,
+    triangles: Indices,
+    half_wave: float,
+    resolution: TriangleResolution,
+) -> NDArray[np.intp]:
+    """How many layers of triangles each corner, first of the points, needs."""
+    scale = min(half_wave, float(np.sqrt(np.ptp(points, axis=0).prod())))
+    layers = np.zeros(len(exponent), dtype=np.intp)
     for i in np.flatnonzero(strength > ROUNDING):
         around = points[np.setdiff1d(triangles[np.any(triangles == i, axis=1)], [i])]
         near = min(1.0, float(np.hypot(*(around - points[i]).T).max()) / scale)
