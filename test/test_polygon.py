@@ -298,6 +298,30 @@ def test_the_liquid_keeps_its_level_in_a_tank_that_is_tilted(
     assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
 
 
+def test_a_slice_moves_along_x_as_if_frozen() -> None:
+    """Between ends close to each other nothing flows across: pitch and yaw, and their product."""
+    c = solved(SLANTED, 0.9, 1e-3, 1)
+    frozen = c.inertia_frozen[1:, 1:]
+    assert abs(frozen[0, 1]) > 1e-2 * frozen[0, 0]
+    assert c.inertia_stokes_joukowski[1:, 1:] == pytest.approx(frozen, rel=5e-3)
+
+
+def test_modal_mass_is_the_integral_of_the_surface_shape() -> None:
+    """Eqs (10)-(12) over both pieces: mu = rho/kappa int f^2 dS, and int f dS = 0."""
+    c = solved(BRANCHED, 0.6, 3.0, 6)
+    n = 33
+    simpson = np.array([1.0, *[4.0, 2.0] * (n // 2)]) / 3.0
+    simpson[-1] = 1.0 / 3.0
+    pieces = c.surface_points.reshape(2, n * n, 2)
+    areas = np.prod(np.ptp(pieces, axis=1), axis=1)
+    weight = np.outer(areas, np.outer(simpson, simpson)).ravel() / (n - 1) ** 2
+    f = c.surface_shapes
+    assert 850.0 / kappa(c) * (weight @ f**2) == pytest.approx(c.mu, rel=1e-3)
+    moments = 850.0 * (weight * f.T) @ c.surface_points
+    assert moments == pytest.approx(c.coupling[:, :2], rel=5e-3, abs=0.1)
+    assert weight @ f == pytest.approx(np.zeros(6), abs=1e-4 * areas.sum())
+
+
 def test_dimensions() -> None:
     """Twice the size: omega/sqrt(2), masses times 8, moments 16, inertias 32."""
     twice = (2.0 * np.array(STEPPED)).tolist()
@@ -342,6 +366,14 @@ def test_moments_by_strips(fill_ratio: float) -> None:
     assert m.area / polygon.area == pytest.approx(fill_ratio, rel=1e-9)
     ((left, right),) = m.surface
     assert left == pytest.approx(-right)
+    # the frozen liquid of a tank 2 m long, about O
+    liquid = section_x(SLANTED, 2.0).filled(depth)
+    area, y, z, yy, yz, zz = 2.0 * total
+    xx = area / 3.0
+    assert liquid.inertia == pytest.approx(
+        np.array([[yy + zz, 0.0, 0.0], [0.0, xx + zz, -yz], [0.0, -yz, xx + yy]]), abs=1e-9
+    )
+    assert liquid.centroid == pytest.approx([0.0, y / area, z / area], abs=1e-9)
 
 
 def test_two_free_surfaces_have_one_centre() -> None:
@@ -415,6 +447,10 @@ def test_a_level_at_a_corner_or_a_ledge_is_one_of_both_sides() -> None:
     tank = section_x(STEPPED, 5.0)
     at = [section_coefficients(tank, 0.8 + step, 850.0, 3).omega for step in (-1e-6, 0.0)]
     assert at[1] == pytest.approx(at[0], rel=1e-4)
+    ridge = section_x([0.0, 3.0, 1.0, 0.0, 2.0, 2.0, 3.0, 0.0, 4.0, 3.0], 5.0).section
+    assert [len(ridge.pools(depth)) for depth in (1.9, 2.0, 2.1)] == [2, 2, 1]
+    ceiling = section_x([0.0, 0.0, 3.0, 0.0, 3.0, 2.0, 2.0, 1.0, 1.0, 1.5, 0.0, 1.0], 5.0).section
+    assert [len(ceiling.moments(depth).surface) for depth in (0.9, 1.2, 1.5, 1.8)] == [1, 2, 1, 1]
     wide = section_x([-1.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 1.0], 5.0)
     c = section_coefficients(wide, 1.0, 850.0, 3)
     assert c.liquid.surface_inertia[1, 1] == pytest.approx(5.0 * 2.0**3 / 12.0)
