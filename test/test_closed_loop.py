@@ -204,6 +204,7 @@ def test_stability_figures_on_topics_in_the_log_and_in_diagnostics(tmp_path):
         'vehicle_node/wheel_loads': JointState,
         'vehicle_node/load_transfer': Float64MultiArray,
         'vehicle_node/load_transfer_ratio': Float64,
+        'vehicle_node/rollover_thresholds': Float64MultiArray,
         '/diagnostics': DiagnosticArray,
     }
     sharp = ('-p', 'steering.angle:=0.08', '-p', 'duration:=6.0', '-p', f'log_file:={log}')
@@ -250,6 +251,14 @@ def test_stability_figures_on_topics_in_the_log_and_in_diagnostics(tmp_path):
     assert stability.level == DiagnosticStatus.WARN
     assert stability.message.startswith('lifted off: ')
     values = {item.key: item.value for item in stability.values}
+    # VEHICLE 7.4: 0.357 and 0.472 g on springs, the rigid truck by its closed form
+    latched = heard['vehicle_node/rollover_thresholds'][-1]
+    names = latched.layout.dim[0].label.partition(': ')[2].split('; ')
+    thresholds = dict(zip(names, latched.data, strict=True))
+    assert thresholds['truck on its springs, liquid cargo'] == pytest.approx(0.357, abs=2e-3)
+    assert thresholds['truck on its springs, solid cargo'] == pytest.approx(0.472, abs=2e-3)
+    assert 'rolls over at 0.357 g with its liquid and at 0.472 g' in vehicle.output
+    assert values['rolls over at [g]: truck on its springs, liquid cargo'] == '0.357'
     assert values['largest load transfer ratio so far'] == f'{np.abs(history["ltr"]).max():.3f}'
     assert values['first lift-off [s]'] == f'{first:.2f}'
     waves = {item.key: item.value for item in told['slosh_node: sloshing'].values}

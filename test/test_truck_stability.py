@@ -137,6 +137,13 @@ def test_thresholds_stand_side_by_side() -> None:
     assert same.liquid == same.frozen
 
 
+def test_hydrostatic_moments_are_all_that_the_thresholds_need() -> None:
+    settled = SloshingCargo.settled(LIQUID.surface_moment)
+    assert settled.surface_moment == pytest.approx(LIQUID.surface_moment)
+    found, exact = Thresholds.of(TRUCK, settled), Thresholds.of(TRUCK, LIQUID)
+    assert vars(found) == pytest.approx(vars(exact), rel=1e-9)
+
+
 def test_first_wheel_lifts_off_where_the_steady_turn_says() -> None:
     ramp = Drive(TRUCK, CRUISING, SteeringKnots((0.0, 60.0), (0.0, 0.10)))
     r = simulate_general(ramp, LIQUID, 60.0, 0.05)

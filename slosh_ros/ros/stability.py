@@ -7,16 +7,19 @@ import math
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
 
+from slosh_ros.constants import GRAVITY
 from slosh_ros.vehicle import SteppedTruck
-from slosh_ros.vehicle.stability import WHEELS, StabilityWatch
+from slosh_ros.vehicle.stability import WHEELS, StabilityWatch, Thresholds
 from slosh_ros.vehicle.stepped import NANOSECOND
 
 _QUIET = 1.0  # [s] of simulated time between two warnings
 _RATIOS = ('vehicle', 'tractor', 'semitrailer', 'axle 1', 'axle 2', 'axle 3', 'axle 4')
 _DEPTH = 10
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class StabilityTopics:
@@ -47,6 +50,31 @@ class StabilityTopics:
         self._loads = node.create_publisher(JointState, '~/wheel_loads', _DEPTH)
         self._transfer = node.create_publisher(Float64MultiArray, '~/load_transfer', _DEPTH)
         self._ratio = node.create_publisher(Float64, '~/load_transfer_ratio', _DEPTH)
+        self._limits = node.create_publisher(Float64MultiArray, '~/rollover_thresholds', LATCHED)
+        self._thresholds: dict[str, float] = {}
+
+    def know(self, thresholds: Thresholds) -> None:
+        """Publish and log at which lateral accelerations the truck rolls over."""
+        t = thresholds
+        self._thresholds = {
+            'rigid truck, solid cargo': t.rigid_frozen / GRAVITY,
+            'rigid truck, liquid cargo': t.rigid_liquid / GRAVITY,
+            'truck on its springs, solid cargo': t.frozen / GRAVITY,
+            'truck on its springs, liquid cargo': t.liquid / GRAVITY,
+            'first wheel lifts off, solid cargo': t.lift_off_frozen / GRAVITY,
+            'first wheel lifts off, liquid cargo': t.lift_off_liquid / GRAVITY,
+        }
+        size = len(self._thresholds)
+        message = Float64MultiArray(data=list(self._thresholds.values()))
+        label = 'rollover threshold [g]: ' + '; '.join(self._thresholds)
+        message.layout.dim = [MultiArrayDimension(label=label, size=size, stride=size)]
+        self._limits.publish(message)
+        self._node.get_logger().info(
+            'in a steady turn the truck rolls over at '
+            f'{t.liquid / GRAVITY:.3f} g with its liquid and at {t.frozen / GRAVITY:.3f} g with a '
+            f'solid cargo (rigid truck: {t.rigid_liquid / GRAVITY:.3f} and '
+            f'{t.rigid_frozen / GRAVITY:.3f} g)'
+        )
 
     def publish(self, stamp: Time) -> None:
         """Publish the present under a stamp, and warn of what has changed."""
@@ -74,7 +102,7 @@ class StabilityTopics:
             'wheels off the road': ' '.join(watch.lifted) or 'none',
             'first lift-off [s]': f'{watch.lift_off:.2f}',
             'articulation [rad]': f'{watch.articulation:.3f}',
-        }
+        } | {f'rolls over at [g]: {name}': f'{g:.3f}' for name, g in self._thresholds.items()}
         return DiagnosticStatus(
             level=DiagnosticStatus.WARN if trouble else DiagnosticStatus.OK,
             name=f'{self._node.get_name()}: stability',

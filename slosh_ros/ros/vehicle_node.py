@@ -36,20 +36,20 @@ from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
-from slosh_ros.constants import NANOSECONDS
+from slosh_ros.constants import GRAVITY, NANOSECONDS
 from slosh_ros.engine.convert import stamp_of
 from slosh_ros.errors import InputError
 from slosh_ros.parameters import resolved
 from slosh_ros.ros.parameters import declare_all, given_parameters
 from slosh_ros.ros.runtime import run
-from slosh_ros.ros.stability import StabilityTopics
-from slosh_ros.vehicle import RigidCargo
+from slosh_ros.ros.stability import LATCHED, StabilityTopics
+from slosh_ros.vehicle import Drive, RigidCargo, SloshingCargo, Thresholds
 from slosh_ros.vehicle.exchange import Link, WrenchExchange
 from slosh_ros.vehicle.history import columns_of
 from slosh_ros.vehicle.scenario import PARAMETERS, Scenario
@@ -58,7 +58,6 @@ Array = NDArray[np.float64]
 
 FRAME = 'base_link'
 CLOCK_START = 1_000_000_000  # [ns] a zero stamp would mean "not set"
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _RELIABLE = QoSProfile(depth=10)
 _POLL = 0.02  # [s] of wall time
 _REPORT_PERIOD = 1.0  # [s]
@@ -103,6 +102,7 @@ class VehicleNode(Node):
         self.create_timer(_REPORT_PERIOD, self._report, clock=steady)
         if self._scenario.solid:
             self._truck.check_coupling(np.zeros((6, 6)), np.zeros((6, 6)))
+            self._tell_thresholds(SloshingCargo.none())
             self._starter = self.create_timer(0.0, self._step, clock=steady)
             self.get_logger().info('ready: driving with a solid cargo')
             return
@@ -119,7 +119,7 @@ class VehicleNode(Node):
         }
         for topic, kind in self._latched.items():
             self.create_subscription(
-                kind, f'slosh_node/{topic}', partial(self._on_told, topic), _LATCHED
+                kind, f'slosh_node/{topic}', partial(self._on_told, topic), LATCHED
             )
         self._starter = self.create_timer(_POLL, self._start, clock=steady)
         self._pacer = self.create_timer(
@@ -159,10 +159,17 @@ class VehicleNode(Node):
         )
         self._truck.check_coupling(coupling, softening)
         self._scenario.check_liquid(_frozen(self._told['liquid'].inertia))
+        if self._coupling is None:  # not of a slosh_node that has come back
+            self._tell_thresholds(SloshingCargo.settled(np.diag(softening)[[4, 3]] / GRAVITY))
         self._truck.set_coupling(self._share * coupling)
         self._coupling, self._modal_coupling = coupling, modal
         centre = self._told['surface_centre'].point
         self._surface_centre = np.array([centre.x, centre.y, centre.z])
+
+    def _tell_thresholds(self, cargo: SloshingCargo) -> None:
+        plan = self._scenario.plan
+        if isinstance(plan, Drive):  # the paper's truck does not lean
+            self._stability.know(Thresholds.of(plan.truck, cargo))
 
     def _start(self) -> None:
         """Drive as soon as slosh_node is connected both ways."""

@@ -283,6 +283,26 @@ class SloshingCargo:
         """Give a solid cargo: nothing sloshes."""
         return cls.of()
 
+    @classmethod
+    def settled(cls, surface_moment: Array) -> SloshingCargo:
+        """
+        Give a liquid of which only the hydrostatic moments are known: right once it has settled.
+
+        Parameters
+        ----------
+        surface_moment : array, shape (2,)
+            As of `surface_moment` [kg m].
+        """
+        # omega = 1 and lambda = mu: then g lambda^2 / (mu omega^2) is g mu
+        there = np.flatnonzero(surface_moment)
+        weight = surface_moment[there] / GRAVITY
+        n = len(there)
+        coupling = np.zeros((n, 6))
+        coupling[range(n), there] = weight
+        modes = LiquidModes(np.ones(n), weight, coupling, np.zeros(n))
+        names = tuple(('surge', 'sway')[k] for k in there)
+        return cls(modes, names, np.zeros((3, 3)), np.zeros(3), ())
+
     @property
     def feed_through(self) -> Array:
         """(6, 6): wrench of `I_f - J0` at `base_link` per acceleration (s, alpha)."""
