@@ -71,7 +71,7 @@ def test_a_rectangle_agrees_with_its_closed_form(points: list[float]) -> None:
 
 def test_a_right_angled_channel_has_the_frequencies_of_kirchhoff() -> None:
     """
-    Walls at 45 degrees: Lamb, Hydrodynamics, art. 258.
+    Walls at 45 degrees: Lamb, Hydrodynamics, ch. IX.
 
     psi = y Z, kappa h = 1,
     psi = sinh(t y) sin(t Z) + sin(t y) sinh(t Z), tanh(t h) = tan(t h), kappa h = t h coth(t h),

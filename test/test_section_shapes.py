@@ -14,7 +14,14 @@ from slosh_ros.hydro.coefficients import ModalCoefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
 from slosh_ros.hydro.section_mesh import Resolution
-from slosh_ros.tank import UniformTank, cylinder_x, ellipse_x, rectangular, rounded_rectangle_x
+from slosh_ros.tank import (
+    UniformTank,
+    cylinder_x,
+    ellipse_x,
+    rectangular,
+    rounded_rectangle_x,
+    section_x,
+)
 
 Array = NDArray[np.float64]
 
@@ -80,6 +87,22 @@ def test_a_full_ellipse_turns_about_its_axis_as_in_the_textbook() -> None:
     lever = c.mass * c.liquid.centroid[2] ** 2
     assert c.inertia_stokes_joukowski[0, 0] == pytest.approx(about_axis + lever, rel=1e-6)
     assert c.liquid.centroid[2] == pytest.approx(-b, rel=1e-4)
+
+
+@SHAPES
+@pytest.mark.parametrize('fill_ratio', FILLS)
+def test_the_liquid_at_rest_is_that_of_a_polygon_of_many_corners(
+    tank: UniformTank, fill_ratio: float
+) -> None:
+    corners = tank.section.outline(800)
+    corners = corners[np.hypot(*np.diff(corners, axis=0, append=corners[:1]).T) > 1e-6]
+    around = section_x(corners.ravel().tolist(), tank.length)
+    assert around.volume == pytest.approx(tank.volume, rel=1e-5)
+    liquid, like = tank.filled(tank.depth(fill_ratio)), around.filled(around.depth(fill_ratio))
+    for name in ('depth', 'volume', 'centroid', 'inertia', 'surface_centre', 'surface_inertia'):
+        expected = getattr(like, name)
+        scale = 2e-5 * max(1.0, np.abs(expected).max())
+        assert getattr(liquid, name) == pytest.approx(expected, abs=scale), name
 
 
 @pytest.mark.parametrize('radius', [-0.1, 0.86, float('nan')])

@@ -3,8 +3,8 @@ Functions on triangles for sections that are polygons, also where their corners 
 
 At a corner of the angle alpha the solution goes with the distance as r^(pi/alpha). Triangles get
 smaller towards it in geometric progression, and the degree of the polynomials on them falls:
-errors then fall exponentially with the square root of the number of functions (Babuska & Guo
-1988, SIAM J. Numer. Anal. 25). Straight walls are met exactly.
+errors then fall exponentially with the cube root of the number of functions (Guo & Babuska 1986,
+Comput. Mech. 1). Straight walls are met exactly.
 
 The triangles' functions are too many for a dense eigenproblem. What is needed of them are the
 solutions of (K + k^2 M) v = load for smooth loads on the free surface and for the tank's rotation,

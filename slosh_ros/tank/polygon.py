@@ -219,7 +219,7 @@ def _at_zero(corners: Array, edges: NDArray[np.intp]) -> Array:
 
 def _surface(outline: Array) -> list[tuple[float, float]]:
     """Pieces of the free surface of a pool, from y to y."""
-    before = np.roll(outline, 1, axis=0)  # counter-clockwise: the surface runs to the right side
+    before = np.roll(outline, 1, axis=0)  # counter-clockwise, the surface runs from right to left
     flat = (outline[:, 1] == 0.0) & (before[:, 1] == 0.0)
     return [(float(a), float(b)) for a, b in zip(outline[flat, 0], before[flat, 0], strict=True)]
 
@@ -265,8 +265,14 @@ def _check_simple(corners: Array) -> None:
             'give every corner once'
         )
     count = len(corners)
+    low, high = np.minimum(start, end) - near, np.maximum(start, end) + near
     for i in range(count):
-        j = np.arange(i + 1, count)  # the edges after this one
+        # the edges after this one that may be near
+        j = (
+            i
+            + 1
+            + np.flatnonzero(np.all((low[i + 1 :] <= high[i]) & (low[i] <= high[i + 1 :]), 1))
+        )
         follows, leads = j == i + 1, (i == 0) & (j == count - 1)  # and those that share a corner
         gap = np.minimum.reduce(
             [
