@@ -93,8 +93,24 @@ def config(tmp_path: Path) -> Path:
 
 
 def refused(command: list[object], *says: str) -> None:
+    # rosbags leaves a damaged bag open, which a process of its own cleans up
+    code, out, err = (apart if command[0] == 'replay' else within)(command)
+    assert code == 1, err
+    assert out == ''
+    assert err.startswith('error: ')
+    assert err.count('\n') == 1, err
+    for text in says:
+        assert text in err
+
+
+def apart(command: list[object]) -> tuple[int, str, str]:
+    result = slosh(*command)
+    return result.returncode, result.stdout, result.stderr
+
+
+def within(command: list[object]) -> tuple[int, str, str]:
+    """Run slosh in this process: so many refusals would pay a second each for the same imports."""
     out, err = io.StringIO(), io.StringIO()
-    # within this process: so many refusals would pay a second each for the same imports
     with (
         mock.patch('sys.argv', ['slosh', *map(str, command)]),
         redirect_stdout(out),
@@ -102,12 +118,7 @@ def refused(command: list[object], *says: str) -> None:
         pytest.raises(SystemExit) as end,
     ):
         main()
-    assert end.value.code == 1, err.getvalue()
-    assert out.getvalue() == ''
-    assert err.getvalue().startswith('error: ')
-    assert err.getvalue().count('\n') == 1, err.getvalue()
-    for text in says:
-        assert text in err.getvalue()
+    return end.value.code, out.getvalue(), err.getvalue()
 
 
 def test_a_refusal_ends_the_command_with_one_line_and_code_1(tmp_path):
