@@ -13,7 +13,7 @@ from section_elements import Elements, assert_same
 from test_section_shapes import assert_alike, shares
 
 from slosh_ros.constants import GRAVITY
-from slosh_ros.engine import SloshConfig
+from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import ModalCoefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
@@ -322,6 +322,30 @@ def test_modal_mass_is_the_integral_of_the_surface_shape() -> None:
     assert weight @ f == pytest.approx(np.zeros(6), abs=1e-4 * areas.sum())
 
 
+def test_a_leaning_tank_at_rest_weighs_on_its_side() -> None:
+    """From the configuration to the wrench: the weight acts where the liquid is."""
+    config = SloshConfig.from_parameters(
+        {
+            'tank.shape': 'section_x',
+            'tank.points': STEPPED,
+            'tank.length': 3.0,
+            'tank.fill_ratio': 0.3,
+            'frames.output': 'tank_link',
+        }
+    )
+    engine = SloshEngine(config)
+    verdict, loads = engine.feed(
+        MotionSample.from_imu(1_000_000_000, [0.0, 0.0, GRAVITY], [0.0, 0.0, 0.0])
+    )
+    assert loads is not None, verdict
+    liquid = engine.tanks[0].coefficients.liquid
+    weight = 1000.0 * liquid.volume * GRAVITY
+    y = liquid.surface_centre[1] + liquid.centroid[1]
+    assert y > 0.1  # the sump is on the left
+    assert loads.total == pytest.approx([0.0, 0.0, -weight, -weight * y, 0.0, 0.0], abs=1e-6)
+    assert loads.wrench == pytest.approx(np.zeros(6), abs=1e-6)
+
+
 def test_dimensions() -> None:
     """Twice the size: omega/sqrt(2), masses times 8, moments 16, inertias 32."""
     twice = (2.0 * np.array(STEPPED)).tolist()
@@ -382,6 +406,8 @@ def test_two_free_surfaces_have_one_centre() -> None:
     assert m.width == pytest.approx(1.5)
     assert sum(b**2 - a**2 for a, b in m.surface) == pytest.approx(0.0, abs=1e-12)
     assert [b - a for a, b in m.surface] == pytest.approx([0.7, 0.8])
+    ((left, right),) = solved(BRANCHED, 0.6, 3.0, 1).surface_gaps
+    assert right - left == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize('depth', [0.6, 1.3])
