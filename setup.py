@@ -50,6 +50,9 @@ setup(
     ],
     # colcon runs pytest only if it finds it here: setuptools has dropped `tests_require`.
     extras_require={
+        'bem': ['capytaine>=2.2'],
+        'files': ['h5py>=3.10', 'netCDF4>=1.6.5', 'xarray>=2023.1'],
+        'mesh': ['rtree>=1.0', 'trimesh>=4.0'],
         'test': [
             'hypothesis>=6.98',
             'imageio-ffmpeg>=0.5',
