@@ -15,6 +15,7 @@ from slosh_ros.tank.section import (
     SectionMoments,
     SymmetricSection,
 )
+from slosh_ros.tank.surface import LiquidSurface
 from slosh_ros.tank.uniform import (
     LiquidAtRest,
     UniformTank,
@@ -32,6 +33,7 @@ __all__ = [
     'Circle',
     'Ellipse',
     'LiquidAtRest',
+    'LiquidSurface',
     'Polygon',
     'Rectangle',
     'RoundedRectangle',
