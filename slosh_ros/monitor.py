@@ -40,7 +40,7 @@ class RolloverMonitor:
     """
 
     def __init__(self, engine: SloshEngine, vehicle: RollVehicle) -> None:
-        config = engine.config
+        config = self._config = engine.config
         if config.source != 'imu':
             raise InputError(
                 'input.source is twist, which does not feel the vehicle lean; rollover figures '
@@ -74,6 +74,7 @@ class RolloverMonitor:
         verdict, interval = self._gate.judge(sample)
         if not verdict.accepted:
             return None
+        sample = self._config.unbiased(sample)
         motion = np.stack([sample.force, sample.velocity, sample.rate])
         continuous = verdict is Verdict.ACCEPTED
         at_sensor = self._acceleration.follow(motion, interval if continuous else 0.0)

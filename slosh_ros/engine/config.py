@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slosh_ros.engine.gate import GatePolicy
 from slosh_ros.engine.kinematics import Pose
 from slosh_ros.engine.parameters import resolved
+from slosh_ros.engine.sample import MotionSample
 from slosh_ros.engine.shapes import tank_of
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
@@ -106,6 +107,8 @@ class SloshConfig:
         Whether the twist carries its own stamp.
     imu : Pose
         Of the IMU in base_link.
+    force_bias, rate_bias : array, shape (3,)
+        What the IMU reads too much, in its own axes [m/s^2], [rad/s].
     loads_cutoff : float
         Corner of the low-pass on the acceleration in the loads [Hz]; 0 for none.
     tanks : tuple of TankConfig
@@ -120,6 +123,8 @@ class SloshConfig:
     imu_frame: str
     twist_stamped: bool
     imu: Pose
+    force_bias: Array
+    rate_bias: Array
     loads_cutoff: float
     tanks: tuple[TankConfig, ...]
     output_frame: str
@@ -138,6 +143,17 @@ class SloshConfig:
     def sensor(self) -> Pose:
         """Pose in base_link of what is measured; a twist is base_link's own."""
         return self.imu if self.source == 'imu' else Pose.identity()
+
+    def unbiased(self, sample: MotionSample) -> MotionSample:
+        """Take the sensor's biases from a sample; a twist has none."""
+        if self.source != 'imu' or not (self.force_bias.any() or self.rate_bias.any()):
+            return sample
+        return MotionSample(
+            sample.stamp,
+            sample.force - self.force_bias,
+            sample.velocity,
+            sample.rate - self.rate_bias,
+        )
 
     @classmethod
     def from_file(cls, path: Path) -> SloshConfig:
@@ -195,6 +211,8 @@ class SloshConfig:
             imu_frame=p.string('input.imu_frame'),
             twist_stamped=p.flag('input.twist_stamped'),
             imu=Pose.from_xyz_rpy(p.vector('imu.xyz'), p.vector('imu.rpy')),
+            force_bias=p.vector('imu.bias.specific_force'),
+            rate_bias=p.vector('imu.bias.angular_rate'),
             loads_cutoff=p.number('loads.cutoff'),
             tanks=tanks,
             output_frame=output_frame,

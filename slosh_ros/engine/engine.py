@@ -39,7 +39,7 @@ class Loads:
     Attributes
     ----------
     sample : MotionSample
-        The sample that led to them; the loads bear its stamp.
+        The sample that led to them, as given; the loads bear its stamp.
     wrench : array, shape (6,)
         Sloshing part, eqs (15)-(20): zero for a frozen liquid.
     total : array, shape (6,)
@@ -152,6 +152,7 @@ class SloshEngine:
         if not verdict.accepted:
             return verdict, None
         continuous = verdict is Verdict.ACCEPTED
+        given, sample = sample, self.config.unbiased(sample)
         if self.config.source == 'imu':
             self._watch_gravity(sample.force, interval)
         motion = np.stack([sample.force, sample.velocity, sample.rate])
@@ -169,7 +170,7 @@ class SloshEngine:
             elevation_max = max(elevation_max, elevation)
             trust = max(trust, tank.trust(elevation, interval, sample.rate), key=Trust.use)
         pressure = pressures[0] if len(pressures) == 1 else np.concatenate(pressures)
-        return verdict, Loads(sample, wrench, total, state, elevation_max, trust, pressure)
+        return verdict, Loads(given, wrench, total, state, elevation_max, trust, pressure)
 
     def _watch_gravity(self, force: Array, interval: float) -> None:
         """Count a warning while the mean specific force is not gravity, upwards."""

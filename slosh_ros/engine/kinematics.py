@@ -47,6 +47,16 @@ class Pose:
         )
         return cls(rotation, np.asarray(xyz, dtype=float))
 
+    @property
+    def rpy(self) -> Array:
+        """Roll, pitch, yaw about fixed axes [rad], shape (3,); without yaw if x is vertical."""
+        r = self.rotation
+        flat = math.hypot(r[0, 0], r[1, 0])
+        pitch = math.atan2(-r[2, 0], flat)
+        if flat < 1e-9:
+            return np.array([math.atan2(-r[1, 2], r[1, 1]), pitch, 0.0])
+        return np.array([math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])])
+
     def seen_from(self, other: Pose) -> Pose:
         """Return this pose in the axes of another child of the same parent."""
         to_other = other.rotation.T

@@ -50,6 +50,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         'orientation of the IMU in base_link: roll, pitch, yaw about fixed axes (URDF)', 'rad',
         -TURN, TURN,
     ),
+    Parameter(
+        'imu.bias.specific_force', 'double[3]', [0.0, 0.0, 0.0],
+        'what the accelerometer reads too much, in its own axes; subtracted', 'm/s^2', -5.0, 5.0,
+    ),
+    Parameter(
+        'imu.bias.angular_rate', 'double[3]', [0.0, 0.0, 0.0],
+        'what the gyro reads too much, in its own axes; subtracted', 'rad/s', -1.0, 1.0,
+    ),
     Parameter('tanks', 'string[]', ['tank'], 'names of the tanks'),
     Parameter(
         '{tank}.xyz', 'double[3]', [0.0, 0.0, 0.0],
