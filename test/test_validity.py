@@ -11,8 +11,10 @@ from conftest import REPOSITORY
 
 from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine
 from slosh_ros.modal.validity import (
+    AMPLIFICATION_MAX,
     Criterion,
     Trust,
+    TrustWatch,
     surface_room,
     wave_numbers,
 )
@@ -159,3 +161,16 @@ def test_the_wave_of_faltinsen_2000_is_beyond_linear_theory() -> None:
     worst = max((one.trust for one in loads), key=Trust.use)
     assert not worst.valid
     assert worst.criterion is Criterion.SLOPE
+
+
+def test_a_wave_that_no_forcing_made_has_a_bounded_amplification():
+    """A jerk of yaw moves modes that no acceleration ever drove."""
+    engine = SloshEngine(SloshConfig.from_parameters(
+        {f'tank.{key}': value for key, value in RECTANGLE.items()} | {'tank.fill_ratio': 0.5}
+    ))  # fmt: skip
+    c = engine.tanks[0].coefficients
+    watch, still = TrustWatch(engine.config.tanks[0].tank, c), np.zeros(len(c.omega))
+    trust = watch.judge(0.0, still + 1e3, still, 0.01, np.zeros(3))
+    assert trust.criterion is Criterion.RESONANCE
+    steepness = wave_numbers(c.omega, c.liquid.depth).max() * 1e3
+    assert trust.value == pytest.approx(AMPLIFICATION_MAX * steepness**2)

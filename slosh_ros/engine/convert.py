@@ -17,6 +17,11 @@ IMU, TWIST, TWIST_STAMPED = 'sensor_msgs/Imu', 'geometry_msgs/Twist', 'geometry_
 
 _ABSENT = -1.0  # covariance[0] of a quantity that the sensor does not measure (sensor_msgs/Imu)
 
+FRAME_CHANGES = (
+    'frame_id changes in mid-drive: more than one IMU on the topic? imu.xyz and imu.rpy are those '
+    'of one; name its frame in input.imu_frame'
+)
+
 
 def input_type(engine: SloshEngine) -> str:
     """Message type that the engine's configuration asks for."""
@@ -53,9 +58,11 @@ def feed_message(engine: SloshEngine, message: Any, received: int) -> tuple[Verd
 
 
 def _feed_imu(engine: SloshEngine, message: Any) -> tuple[Verdict, Loads | None]:
-    frame = engine.config.imu_frame
-    if frame and message.header.frame_id != frame:
+    wanted, frame = engine.config.imu_frame, message.header.frame_id
+    if wanted and frame != wanted:
         return engine.gate.refuse(Verdict.WRONG_FRAME), None
+    if engine.gate.changes_frame(frame):
+        engine.warnings[FRAME_CHANGES] += 1
     if message.linear_acceleration_covariance[0] == _ABSENT:
         return engine.gate.refuse(Verdict.NO_DATA), None
     if _no_gyro(message):

@@ -76,11 +76,17 @@ class SampleGate:
     def __init__(self, policy: GatePolicy) -> None:
         self._policy = policy
         self._last: int | None = None
+        self._frame: str | None = None
         self.counts: Counter[Verdict] = Counter()
 
     def reset(self) -> None:
         """Forget the last stamp: the next good sample starts anew. The counts stay."""
-        self._last = None
+        self._last = self._frame = None
+
+    def changes_frame(self, frame: str) -> bool:
+        """Tell whether the message before this one was of another frame."""
+        before, self._frame = self._frame, frame
+        return before is not None and before != frame
 
     def judge(self, sample: MotionSample) -> tuple[Verdict, float]:
         """

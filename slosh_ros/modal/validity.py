@@ -149,7 +149,7 @@ class TrustWatch:
         steep = self._wave_number * envelope
         slope = float(steep.max(initial=0.0))
         floor = np.maximum(self._static, np.finfo(float).tiny)
-        amplified = np.minimum(envelope / floor, AMPLIFICATION_MAX)
+        amplified = np.minimum(envelope, AMPLIFICATION_MAX * floor) / floor
         near = float((steep**2 * amplified).max(initial=0.0))
         criterion, scale, limit = self._wave
         spin = float(rate @ rate) * self._reach

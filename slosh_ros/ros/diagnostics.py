@@ -74,7 +74,7 @@ class Watch:
         if events:
             ((most, count),) = events.most_common(1)
             return (
-                DiagnosticStatus.WARN,
+                DiagnosticStatus.ERROR if events[Verdict.NO_DATA] else DiagnosticStatus.WARN,
                 f'{sum(events.values())} of the last {sum(news.values())} samples on '
                 f'{self._topic} were not ordinary; {count} {most.value}',
             )

@@ -149,8 +149,11 @@ class SloshNode(Node):
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
         # what goes on for long is in the diagnostics; the log tells what needs somebody
-        if status.level == DiagnosticStatus.WARN and status.message != self._said:
-            self.get_logger().warning(status.message)
+        if status.message != self._said:
+            if status.level == DiagnosticStatus.ERROR:
+                self.get_logger().error(status.message)
+            elif status.level == DiagnosticStatus.WARN:
+                self.get_logger().warning(status.message)
         self._said = status.message
 
 
