@@ -353,8 +353,10 @@ def _with_fill(tank: TankConfig, ratio: float | None) -> TankConfig:
     if ratio is None:
         return tank
     low, high = FILL_RANGE
-    if not low <= ratio <= high:
-        raise InputError(f'--fill is {ratio:g}; it must be a ratio from {low:g} to {high:g}')
+    if not (low <= ratio <= high or ratio in (0.0, 1.0)):
+        raise InputError(
+            f'--fill is {ratio:g}; it must be a ratio from {low:g} to {high:g}, or 0, or 1'
+        )
     return replace(tank, depth=tank.tank.depth(ratio))
 
 
@@ -411,6 +413,9 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
         inertia.add_row(name, *(f'{tensor[i]:.6g}' for i in turns.values()))
     _out.print(inertia)
 
+    if not c.names:
+        _out.print('nothing sloshes in an empty tank, nor in a full one')
+        return
     lambdas = [f'lambda_{k} [{unit}]' for k, unit in _LAMBDAS.items()]
     table = _table('mode', 'omega [rad/s]', 'period [s]', 'damping', 'mu [kg]', *lambdas)
     for j, name in enumerate(c.names):

@@ -322,13 +322,13 @@ def configured(**changes: object) -> SloshConfig:
          r'pressure.gauge is \(4.3, 0, -0.6\) m in the tank frame, 0.3 m outside of the tank; '
          r'its nearest wall is at \(4, 0, -0.6\) m'),
         ([4.3, -1.4, -0.9], r'0.51 m outside .* at \(4, -1, -0.8\) m'),
-        ([0.0, 0.0, 0.4], r'\(0, 0, 0.4\) m .* 0.4 m above the mean free .* below z = 0 '),
+        ([0.0, 0.0, 0.9], r'\(0, 0, 0.9\) m .* 0.1 m outside .* at \(0, 0, 0.8\) m'),
         ([0.0, 0.0, float('nan')], 'pressure.gauge is nan'),
         ([0.0, 0.0], 'pressure.gauge has 2 numbers; it takes 3'),
         ([0.0, 0.0, 0], 'write 0.0'),
     ],
 )  # fmt: skip
-def test_a_point_without_liquid_is_refused(point: list[float], says: str) -> None:
+def test_a_point_outside_of_the_tank_is_refused(point: list[float], says: str) -> None:
     with pytest.raises(InputError, match=says):
         configured(pressure__gauge=point)
 

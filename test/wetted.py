@@ -66,7 +66,10 @@ def _polygonal(tank: UniformTank, depth: float) -> tuple[Surface, Surface]:
         weights = np.outer(share[1] * share[0], share[1]) * twice
         for sign in (-1.0, 1.0):
             sides[False].append(_face(points + sign * half * X, sign * X, weights))
-    wall, lid = (sum(part[1:], part[0]) for part in (sides[False], sides[True]))
+    none = Surface(
+        np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    )  # full to a top that is a point
+    wall, lid = (sum(part, none) for part in (sides[False], sides[True]))
     return wall, lid
 
 

@@ -17,14 +17,14 @@ from slosh_ros.engine.shapes import tank_of
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.parameters import Values, read_parameter_file
-from slosh_ros.tank import Tank
+from slosh_ros.tank import LiquidAtRest, Tank
 
 Array = NDArray[np.float64]
 
 MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)
-ROUNDING = 1e-3  # [m] by which a point may lie outside the liquid at rest
+ROUNDING = 1e-3  # [m] by which a point may lie outside the tank
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class TankConfig:
     kinematic_viscosity : float or None
         Of the liquid [m^2/s], if the damping is to follow from it.
     pressure_points : dict
-        Points of the liquid at rest whose pressure is wanted, by name, in the tank frame [m].
+        Points of the tank whose pressure is wanted, by name, in the tank frame [m].
     """
 
     name: str
@@ -78,12 +78,27 @@ class TankConfig:
         except InputError as error:
             raise InputError(f'{self.name}: {error}') from error
 
+    def points_of_pressure(self, liquid: LiquidAtRest) -> Array:
+        """
+        Points of pressure about O of a liquid, shape (p, 3) [m].
+
+        What lies above the surface by no more than rounding is put into the liquid.
+        """
+        points = np.array(list(self.pressure_points.values())).reshape(-1, 3)
+        above = points[:, 2] - liquid.surface_height
+        for i in np.flatnonzero((above > 0.0) & (above <= ROUNDING) & (liquid.volume > 0.0)):
+            points[i] = self.tank.nearest(liquid.depth, points[i])
+            points[i, 2] = min(points[i, 2], liquid.surface_height)
+        return points - liquid.surface_centre
+
     def damping_ratio(self, coefficients: ModalCoefficients) -> Array:
         """Damping ratio of every mode, shape (n,)."""
         if self.kinematic_viscosity is None:
+            if not len(coefficients.omega):
+                return np.zeros(0)
             return np.broadcast_to(self.damping, coefficients.omega.shape)
         ratio = coefficients.wall_damping_ratio(self.kinematic_viscosity)
-        if ratio.max() > MAX_WALL_DAMPING:
+        if ratio.max(initial=0.0) > MAX_WALL_DAMPING:
             raise InputError(
                 f'{self.name}.kinematic_viscosity is {self.kinematic_viscosity:g} m^2/s, for '
                 f'which thin boundary layers would damp by {ratio.max():.2g}; write the '
@@ -246,7 +261,7 @@ def _tank(p: Values, name: str, points: dict[str, str]) -> TankConfig:
         damping=damping,
         kinematic_viscosity=p.number(viscosity_key) if viscous else None,
         pressure_points={
-            point: _wet(tank, depth, key, p.vector(key)) for point, key in points.items()
+            point: _inside(tank, key, p.vector(key)) for point, key in points.items()
         },
     )
 
@@ -273,24 +288,14 @@ def _pressure_points(p: Values) -> dict[str, dict[str, str]]:
     return points
 
 
-def _wet(tank: Tank, depth: float, key: str, point: Array) -> Array:
-    """
-    Return the point, on the wall if it is outside by no more than rounding.
-
-    Linear theory extends the liquid at rest to the wave; above it, there is no pressure to tell.
-    """
-    surface = tank.filled(depth).surface_height
-    here = f'{key} is ({", ".join(f"{c:g}" for c in point)}) m'
-    if point[2] > surface + ROUNDING:
-        raise InputError(
-            f'{here} in the tank frame, {point[2] - surface:.3g} m above the mean free surface, '
-            f'where linear theory knows no pressure; it must lie below z = {surface:.4g} m'
-        )
-    nearest = tank.nearest(depth, point)
+def _inside(tank: Tank, key: str, point: Array) -> Array:
+    """Return the point, on the wall if it is outside of the tank by no more than rounding."""
+    nearest = tank.nearest(tank.height, point)
     if (outside := float(np.linalg.norm(point - nearest))) > ROUNDING:
         raise InputError(
-            f'{here} in the tank frame, {outside:.3g} m outside of the tank; its nearest wall is '
-            f'at ({", ".join(f"{c:.4g}" for c in nearest)}) m'
+            f'{key} is ({", ".join(f"{c:g}" for c in point)}) m in the tank frame, '
+            f'{outside:.3g} m outside of the tank; its nearest wall is at '
+            f'({", ".join(f"{c:.4g}" for c in nearest)}) m'
         )
     return nearest
 
@@ -302,16 +307,20 @@ def _depth(p: Values, name: str, tank: Tank) -> float:
         raise InputError(f'{ratio_key} and {depth_key} {problem}; give exactly one of them')
     if depth_key in p:
         depth = p.number(depth_key)
-        if not 0.0 < depth < tank.height:
+        if depth > tank.height * (1.0 + 1e-9):
             raise InputError(
                 f'{depth_key} is {depth:g} m; the tank is {tank.height:g} m high, '
-                'so it must lie between 0 and that'
+                'so it must lie from 0 to that'
             )
-        ratio, key = tank.fill_ratio(depth), depth_key
+        depth = min(depth, tank.height)
+        ratio, key = (
+            tank.fill_ratio(depth) if 0.0 < depth < tank.height else float(depth > 0.0),
+            depth_key,
+        )
     else:
         ratio, key = p.number(ratio_key), ratio_key
     low, high = FILL_RANGE
-    if not low <= ratio <= high:
+    if not (low <= ratio <= high or ratio in (0.0, 1.0)):
         raise InputError(
             f'{key} fills {ratio:.2%} of the tank; it must fill from {low:.0%} to {high:.0%}'
         )

@@ -232,7 +232,7 @@ class TankModel:
         self._driving: Array = np.zeros(len(c.omega))
         self._pressure: PressureMatrices | None = None
         if config.pressure_points:
-            points = np.array(list(config.pressure_points.values())) - c.liquid.surface_centre
+            points = config.points_of_pressure(c.liquid)
             self._pressure = PressureMatrices.of(c, self.damping_ratio, points)
 
     @property
@@ -312,4 +312,5 @@ class TankModel:
 
     def elevation_max(self) -> float:
         """Largest height or depth of the wave over the mean free surface [m]."""
-        return float(np.abs(self.coefficients.surface_shapes @ self.beta).max())
+        heights = np.abs(self.coefficients.surface_shapes @ self.beta)
+        return float(heights.max(initial=0.0))

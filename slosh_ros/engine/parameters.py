@@ -23,8 +23,8 @@ FAR = 1e3  # [m] largest distance on a vehicle
 TURN = 6.2832  # [rad] more than a turn is taken for degrees
 _NAME = re.compile(r'[A-Za-z]\w*', re.ASCII)  # of a tank or point, and in those of topics
 _POINT_MEANING = (
-    'point of the liquid or its wall whose pressure is published, in the tank frame, below the '
-    'mean free surface; up to 1 mm outside is taken for rounding'
+    'point of the tank or its wall whose pressure is published, in the tank frame; 0 while it is '
+    'above the mean free surface; up to 1 mm outside is taken for rounding'
 )
 
 PARAMETERS: tuple[Parameter, ...] = (

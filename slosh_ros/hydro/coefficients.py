@@ -162,6 +162,45 @@ class ModalCoefficients:
         return self.wall_friction * np.sqrt(kinematic_viscosity / (2.0 * self.omega))
 
 
+def still_coefficients(
+    route: str,
+    density: float,
+    liquid: LiquidAtRest,
+    inertia_stokes_joukowski: Array,
+    potentials: Potentials | None,
+) -> ModalCoefficients:
+    """
+    Coefficients, without modes, of a liquid that has no free surface.
+
+    Parameters
+    ----------
+    route : str
+        How they were found.
+    density : float
+        [kg/m^3].
+    liquid : LiquidAtRest
+        Of a tank that is empty or full.
+    inertia_stokes_joukowski : array, shape (3, 3)
+        Of the liquid in the closed tank about O [kg m^2].
+    potentials : Potentials or None
+        Of its rotation; Bernoulli's constant is that of O, where a full tank is vented.
+    """
+    return ModalCoefficients(
+        route=route,
+        density=density,
+        liquid=liquid,
+        names=(),
+        omega=np.zeros(0),
+        mu=np.zeros(0),
+        coupling=np.zeros((0, 6)),
+        inertia_stokes_joukowski=inertia_stokes_joukowski,
+        wall_friction=np.zeros(0),
+        surface_points=np.zeros((0, 2)),
+        surface_shapes=np.zeros((0, 0)),
+        potentials=potentials,
+    )
+
+
 def mode_name(a: int, b: int) -> str:
     """Name a mode by its half-waves along x and across y: `x1`, `y3`, `x1y1`."""
     return (f'x{a}' if a else '') + (f'y{b}' if b else '')

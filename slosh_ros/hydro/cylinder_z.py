@@ -19,7 +19,12 @@ from numpy.typing import NDArray
 from scipy.special import ive, j1, jnp_zeros
 
 from slosh_ros.constants import GRAVITY
-from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name
+from slosh_ros.hydro.coefficients import (
+    Array,
+    ModalCoefficients,
+    mode_name,
+    still_coefficients,
+)
 from slosh_ros.hydro.hyperbolic import cosh_ratio
 from slosh_ros.tank.upright import UprightCylinder
 
@@ -39,7 +44,7 @@ def cylinder_z_coefficients(
     tank : UprightCylinder
         The tank.
     depth : float
-        Depth of the liquid [m].
+        Depth of the liquid [m]; a full tank has no modes.
     density : float
         Density of the liquid [kg/m^3].
     modes : int
@@ -52,6 +57,15 @@ def cylinder_z_coefficients(
         About O, the centre of the mean free surface, in tank axes.
     """
     radius = tank.radius
+    if depth == tank.height:
+        none = np.zeros(0)
+        return still_coefficients(
+            'closed form',
+            density,
+            tank.filled(depth),
+            density * _stokes_joukowski(radius, depth),
+            _Potentials(radius, depth, none, none.astype(bool), none),
+        )
     zeros = jnp_zeros(1, (modes + 1) // 2)
     e = np.repeat(zeros, 2)[:modes]
     sine = np.arange(modes) % 2 == 1

@@ -13,7 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slosh_ros.constants import GRAVITY
-from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, surface_grid
+from slosh_ros.hydro.coefficients import (
+    Array,
+    ModalCoefficients,
+    mode_name,
+    still_coefficients,
+    surface_grid,
+)
 from slosh_ros.hydro.hyperbolic import cosh_ratio, sinh_ratio
 from slosh_ros.tank import Rectangle, UniformTank
 
@@ -32,7 +38,7 @@ def rectangular_coefficients(
     tank : UniformTank
         Of rectangular section.
     depth : float
-        Depth of the liquid [m].
+        Depth of the liquid [m]; a full tank has no modes.
     density : float
         Density of the liquid [kg/m^3].
     modes : int
@@ -46,6 +52,15 @@ def rectangular_coefficients(
     if not isinstance(tank.section, Rectangle):
         raise TypeError('the closed form needs a rectangular section')
     length, width = tank.length, tank.section.width
+    if depth == tank.height:
+        none = np.zeros(0)
+        return still_coefficients(
+            'closed form',
+            density,
+            tank.filled(depth),
+            density * _stokes_joukowski(length, width, depth),
+            _Potentials(length, width, depth, none, none),
+        )
     pairs = _lowest_coupling_pairs(length, width, modes)
     a, b = np.array(pairs, dtype=float).T
     k_a, k_b = np.pi * a / length, np.pi * b / width

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from slosh_ros.hydro.coefficients import ModalCoefficients
+import numpy as np
+
+from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.tank import Rectangle, Tank, UprightCylinder
+from slosh_ros.tank import LiquidAtRest, Rectangle, Tank, UprightCylinder
 
 
 def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> ModalCoefficients:
@@ -18,12 +20,15 @@ def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> Mod
     tank : UniformTank or UprightCylinder
         The tank.
     depth : float
-        Depth of the liquid [m].
+        Depth of the liquid [m]; an empty tank and a full one have no modes.
     density : float
         Density of the liquid [kg/m^3].
     modes : int
         Number of modes.
     """
+    if depth == 0.0:
+        liquid = LiquidAtRest.none(tank.height)
+        return still_coefficients('empty', density, liquid, np.zeros((3, 3)), None)
     if isinstance(tank, UprightCylinder):
         return cylinder_z_coefficients(tank, depth, density, modes)
     if isinstance(tank.section, Rectangle):

@@ -22,7 +22,13 @@ import numpy as np
 from scipy.linalg import eigh
 
 from slosh_ros.constants import GRAVITY
-from slosh_ros.hydro.coefficients import Array, ModalCoefficients, mode_name, surface_grid
+from slosh_ros.hydro.coefficients import (
+    Array,
+    ModalCoefficients,
+    mode_name,
+    still_coefficients,
+    surface_grid,
+)
 from slosh_ros.hydro.hyperbolic import sinh_ratio
 from slosh_ros.hydro.section_functions import Parity, SectionFunctions
 from slosh_ros.hydro.section_mesh import DEFAULT, Resolution, half_section
@@ -58,7 +64,7 @@ def section_coefficients(
     tank : UniformTank
         The tank.
     depth : float
-        Depth of the liquid [m].
+        Depth of the liquid [m]; a full tank has no modes.
     density : float
         Density of the liquid [kg/m^3].
     modes : int
@@ -72,6 +78,8 @@ def section_coefficients(
     InputError
         If the liquid is not one pool, or the section too intricate or far from convex.
     """
+    if depth == tank.height:
+        return _full(tank, density, resolution)
     liquid, moments = tank.filled(depth), tank.section.moments(depth)
     shift = (np.pi / max(tank.length, moments.width)) ** 2
     families = [
@@ -121,6 +129,33 @@ def section_coefficients(
     )
 
 
+def _full(
+    tank: UniformTank, density: float, resolution: Resolution | TriangleResolution | None
+) -> ModalCoefficients:
+    """Coefficients of a tank that is full: without modes, about O, the top of the tank."""
+    section, depth, length = tank.section, tank.height, tank.length
+    moments = section.moments(depth)
+    if isinstance(section, Polygon):
+        functions = _functions(tank, depth, 1, moments, resolution)
+        middle = np.zeros(3)
+    else:
+        # the functions of the lower half, and of its mirror image, about the middle
+        assert isinstance(section, SymmetricSection)
+        assert not isinstance(resolution, TriangleResolution)
+        half = section.moments(depth / 2.0)
+        functions = half_section(section, depth / 2.0, resolution or DEFAULT).mirrored()
+        moments = SectionMoments(2.0 * half.area, 0.0, 2.0 * half.yy, 2.0 * half.zz, ())
+        middle = np.array([0.0, 0.0, -depth / 2.0])
+    shift = (np.pi / max(length, *section.bounding_box)) ** 2
+    families = tuple(_Family(f, moments, shift) for f in functions)
+    liquid = tank.filled(depth)
+    # the mass centre is the middle
+    across = liquid.volume * (middle @ middle * np.eye(3) - np.outer(middle, middle))
+    inertia = _stokes_joukowski(length, moments, families) + across
+    potentials = _Closed(_Potentials(length, moments, families, ()), middle)
+    return still_coefficients('section', density, liquid, density * inertia, potentials)
+
+
 def _functions(
     tank: UniformTank,
     depth: float,
@@ -132,7 +167,8 @@ def _functions(
     section = tank.section
     if isinstance(section, Polygon):
         assert not isinstance(resolution, Resolution)
-        waves = _shortest_wave(modes, tank.length, moments.width)
+        width = moments.width or section.bounding_box[0]  # a full section has no surface
+        waves = _shortest_wave(modes, tank.length, width)
         lowest = np.pi / tank.length
         return polygon_functions(section, depth, (lowest, waves), resolution or DEFAULT_TRIANGLES)
     assert isinstance(section, SymmetricSection)
@@ -193,7 +229,6 @@ class _Family:
         self.shift = shift
         theta, self.vectors = eigh(functions.mass, functions.stiffness + shift * functions.mass)
         self.theta: Array = np.maximum(theta, np.finfo(float).eps * theta[-1])
-        self.has_constant = functions.parity != Parity.ODD
         # piece by piece of the free surface, from the left
         self.samples = [
             functions.at_surface(np.linspace(left, right, _SAMPLES))
@@ -209,7 +244,7 @@ class _Family:
 
     def inverse(self, k: float) -> Array:
         """Return the diagonal D of (K + k^2 M)^-1 = X D X^T; for k = 0, 0 for the constant."""
-        if k > 0.0 or not self.has_constant:
+        if k > 0.0 or not self.functions.has_constant:
             return 1.0 / (1.0 + (k**2 - self.shift) * self.theta)
         return np.append(1.0 / (1.0 - self.shift * self.theta[:-1]), 0.0)
 
@@ -223,7 +258,7 @@ class _Family:
         # with S = C C^T: C^T psi = kappa C^T (X D X^T) C (C^T psi)
         response = (self._root.T * inverse) @ self._root
         level = np.zeros(len(response))
-        if k == 0.0 and self.has_constant:
+        if k == 0.0 and self.functions.has_constant:
             # the others have no mean over the surface: what of it comes in goes to the constant
             level = self._root[-1] / np.linalg.norm(self._root[-1])
             response -= np.outer(level, level @ response)
@@ -262,7 +297,7 @@ def _modes(family: _Family, a: int, length: float) -> list[_Mode]:
     pieces = [samples @ psi for samples in family.samples]
     scale = _signs(np.concatenate(pieces)) / np.max([_peaks(piece) for piece in pieces], axis=0)
     step = 1 if f.parity == Parity.NONE else 2
-    first = int(f.parity == Parity.ODD) + step * (a == 0 and family.has_constant)
+    first = int(f.parity == Parity.ODD) + step * (a == 0 and f.has_constant)
     columns = zip(
         kappa, mu * scale**2, friction, (coupling * scale).T, (psi * scale).T, strict=True
     )
@@ -314,16 +349,47 @@ class _Potentials:
             values = f.at(points[:, 1:]) @ family.vectors
             still = family.inverse(0.0)
             turning = still * (f.roll @ family.vectors)
-            mean = f.surface_one @ family.vectors @ turning / self.moments.width
-            omega[:, 0] += values @ turning - mean
+            omega[:, 0] += values @ turning
+            if self.moments.width:
+                omega[:, 0] -= f.surface_one @ family.vectors @ turning / self.moments.width
             ends = sinh_ratio(family.alpha, x[:, np.newaxis], self.length / 2.0)
             for axis, arm, slope in ((1, f.z, f.d_dz), (2, -f.y, -f.d_dy)):
                 # <z, N> = <1, dN/dz>/alpha^2 by Green: the smallest Theta have no digits
                 products = slope @ family.vectors * still
-                if family.has_constant:  # but of the constant, the last
+                if f.has_constant:  # but of the constant, the last
                     products[-1] = arm @ family.vectors[:, -1] / family.theta[-1]
                 omega[:, axis] += 2.0 * np.sum(values * ends * products, axis=1)
         return omega
+
+
+@dataclass(frozen=True, eq=False)
+class _Closed:
+    """
+    Potentials about O, the top of a full tank, from those about a point P.
+
+    As P moves by r_P, Omega changes by -r_P x r (THEORY 2.4).
+
+    Attributes
+    ----------
+    about : _Potentials
+        About P.
+    place : array, shape (3,)
+        P, from O [m].
+    """
+
+    about: _Potentials
+    place: Array
+
+    def modes(self, points: Array) -> Array:
+        """There are none, shape (p, 0)."""
+        return np.zeros((len(points), 0))
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        """Potentials Omega_4, Omega_5, Omega_6 of rotation, shape (p, 3) [m^2]."""
+        omega = self.about.stokes_joukowski(points - self.place)
+        if not self.about.moments.width:  # no roof over which their mean is zero: zero at O
+            omega = omega - self.about.stokes_joukowski(-self.place[np.newaxis])
+        return np.asarray(omega + np.cross(self.place, points))
 
 
 def _energies(form: Array, columns: Array) -> Array:

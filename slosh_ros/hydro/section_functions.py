@@ -22,12 +22,12 @@ class SectionFunctions:
     """
     Functions v on the liquid in a section and their integrals, all about O.
 
-    The constant is among them unless they are odd.
-
     Attributes
     ----------
     parity : Parity
         Symmetry of all of them in y.
+    has_constant : bool
+        Whether the constant is among them: unless they are odd.
     stiffness, mass : array, shape (n, n)
         Integrals over the area of grad v_i . grad v_j and of v_i v_j.
     d_dy, d_dz, y, z, roll : array, shape (n,)
@@ -45,6 +45,7 @@ class SectionFunctions:
     """
 
     parity: Parity
+    has_constant: bool
     stiffness: Array
     mass: Array
     d_dy: Array

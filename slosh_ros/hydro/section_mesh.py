@@ -141,6 +141,7 @@ class HalfSection:
 
         return SectionFunctions(
             parity=parity,
+            has_constant=not is_odd,
             stiffness=matrix(self.stiffness),
             mass=matrix(self.mass),
             d_dy=vector(self.d_dy, True),
@@ -156,6 +157,55 @@ class HalfSection:
             at_surface=on_surface,
             at=anywhere,
         )
+
+    def mirrored(self) -> tuple[SectionFunctions, ...]:
+        """
+        Continue the functions to the mirror image above the surface, which is then no surface.
+
+        They are about the middle of the whole, even or odd both in y and in z. Those that are
+        even in both take no part in any rotation, and are left out.
+        """
+        return (
+            _upwards(self.whole(Parity.EVEN), True),
+            _upwards(self.whole(Parity.ODD), False),
+            _upwards(self.whole(Parity.ODD), True),
+        )
+
+
+def _upwards(f: SectionFunctions, is_odd: bool) -> SectionFunctions:
+    """Continue functions oddly or evenly to z > 0: integrals over both halves."""
+    count, at_surface = f.surface_root.shape  # those of the surface come first
+    among = slice(at_surface if is_odd else 0, None)
+
+    def matrix(half: Array) -> Array:
+        return 2.0 * half[among, among]
+
+    def vector(half: Array, half_is_odd: bool) -> Array:
+        return 2.0 * half[among] * (is_odd == half_is_odd)
+
+    def anywhere(points: Array) -> Array:
+        values = f.at(np.stack([points[:, 0], -np.abs(points[:, 1])], axis=-1))[:, among]
+        return values * np.where(points[:, 1:] > 0.0, -1.0, 1.0) if is_odd else values
+
+    nothing = np.zeros(len(range(count)[among]))
+    return SectionFunctions(
+        parity=f.parity,
+        has_constant=f.has_constant and not is_odd,
+        stiffness=matrix(f.stiffness),
+        mass=matrix(f.mass),
+        d_dy=vector(f.d_dy, False),
+        d_dz=vector(f.d_dz, True),
+        y=vector(f.y, False),
+        z=vector(f.z, True),
+        roll=vector(f.roll, True),
+        wall_mass=matrix(f.wall_mass),
+        wall_stiffness=matrix(f.wall_stiffness),
+        surface_root=np.zeros((len(nothing), 0)),
+        surface_one=nothing,
+        surface_y=nothing,
+        at_surface=lambda y: np.zeros((len(y), len(nothing))),
+        at=anywhere,
+    )
 
 
 @dataclass(frozen=True, eq=False)

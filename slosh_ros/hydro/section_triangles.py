@@ -447,7 +447,7 @@ def _surface_loads(mesh: _Mesh, wave_number: float) -> Array:
     """Integrals over the free surface of the functions times smooth loads, shape (n, l)."""
     sides = mesh.points[mesh.sides[mesh.on_surface], 0]
     functions = mesh.side_functions[mesh.on_surface]
-    loads = []
+    loads = [np.zeros((mesh.count, 0))]
     for left, right in _pieces(sides):
         inside = (sides.min(axis=1) >= left) & (sides.max(axis=1) <= right)
         begin, end = sides[inside].T[..., np.newaxis]
@@ -510,6 +510,7 @@ def _reduced(mesh: _Mesh, parity: Parity, wave_numbers: tuple[float, float]) -> 
     finder = _Finder(mesh, every, parity)
     return SectionFunctions(
         parity=parity,
+        has_constant=parity != Parity.ODD,
         stiffness=project(k),
         mass=project(m),
         d_dy=basis.T @ (k @ y),

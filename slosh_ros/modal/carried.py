@@ -75,7 +75,9 @@ class CarriedLiquid:
 
     @property
     def centroid(self) -> Array:
-        """Centroid (3,) [m]."""
+        """Centroid (3,) [m]; the origin, if there is no liquid."""
+        if not self.mass:
+            return np.zeros(3)
         arm = self.inertia[3:, :3]  # mass times [c x]
         return np.array([arm[2, 1], arm[0, 2], arm[1, 0]]) / self.mass
 

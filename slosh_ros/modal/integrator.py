@@ -138,7 +138,7 @@ class ModalIntegrator:
 def _phi_functions(x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """phi_1 = (e^x - 1)/x and phi_2 = (e^x - 1 - x)/x^2."""
     size = np.abs(x)
-    if size.max() < _SERIES_RADIUS:
+    if size.max(initial=0.0) < _SERIES_RADIUS:
         phi_2 = _phi_2_series(x)
         return 1.0 + x * phi_2, phi_2
     small = size < _SERIES_RADIUS

@@ -12,7 +12,8 @@ added for them, unlike in the moments. In a tank at rest every beta'' is zero, a
 modes there are.
 
 Linear theory keeps the wall wet up to the mean free surface: where a trough lays it bare, the
-pressure goes on below that of the gas.
+pressure goes on below that of the gas. Above the mean free surface there is gas, whose pressure is
+the zero of the scale, also where a crest would wet the wall.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class PressureMatrices:
         cls, coefficients: ModalCoefficients, damping_ratio: Array, points: Array
     ) -> PressureMatrices:
         """
-        Build the matrices for points of the liquid.
+        Build the matrices for points of the tank.
 
         Parameters
         ----------
@@ -64,28 +65,30 @@ class PressureMatrices:
         damping_ratio : array, shape (n,)
             Of the modes.
         points : array, shape (p, 3)
-            About O in tank axes [m].
+            About O in tank axes [m]. Those above O are dry: nothing changes their pressure.
 
         Raises
         ------
         InputError
             If the coefficients come without potentials.
         """
-        c = coefficients
+        c, wet = coefficients, points[:, 2] <= 0.0
+        matrices = cls(*(np.zeros((len(points), n)) for n in (len(c.omega), len(c.omega), 6)))
+        if not wet.any():
+            return matrices
         if c.potentials is None:
             raise InputError(
                 f'the coefficients by the route "{c.route}" tell no pressure; '
                 'remove the pressure points of their tank'
             )
-        phi = c.potentials.modes(points)
+        phi = c.potentials.modes(points[wet])
         # beta'' = -omega^2 beta - 2 zeta omega beta' - (lambda . acceleration)/mu
         inertia = c.density * GRAVITY / c.omega**2 * phi  # rho phi/kappa
-        motion = np.hstack([points, c.potentials.stokes_joukowski(points)])
-        return cls(
-            stiffness=inertia * c.omega**2,
-            damping=inertia * (2.0 * damping_ratio * c.omega),
-            acceleration=(inertia / c.mu) @ c.coupling - c.density * motion,
-        )
+        motion = np.hstack([points[wet], c.potentials.stokes_joukowski(points[wet])])
+        matrices.stiffness[wet] = inertia * c.omega**2
+        matrices.damping[wet] = inertia * (2.0 * damping_ratio * c.omega)
+        matrices.acceleration[wet] = (inertia / c.mu) @ c.coupling - c.density * motion
+        return matrices
 
     def at(self, beta: Array, beta_rate: Array, acceleration: Array) -> Array:
         """

@@ -103,7 +103,8 @@ class TrustWatch:
         shallow = liquid.depth / length if length else math.inf
         omega = coefficients.omega
         self._square = omega**2
-        self._forget = omega.min(initial=math.inf) / (2.0 * math.pi * RESONANCE_MEMORY)
+        slowest = float(omega.min()) if len(omega) else 0.0
+        self._forget = slowest / (2.0 * math.pi * RESONANCE_MEMORY)
         self._static: Array = np.zeros(len(omega))
         self._wave_number = wave_numbers(omega, liquid.depth)
         self._reach = length / 2.0 / GRAVITY

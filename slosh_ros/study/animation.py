@@ -196,9 +196,12 @@ class _Cut:
         centre = view @ liquid.origin
         along, self._up = (view @ liquid.rotation[:, axis] for axis in (plane, 2))
         self.wall: Array = centre + np.outer(wall[:, 0], along) + np.outer(wall[:, 1], self._up)
-        line = np.zeros((101, 2))
-        line[:, plane] = np.linspace(points[:, plane].min(), points[:, plane].max(), len(line))
-        shapes = griddata(points, liquid.coefficients.surface_shapes, line)
+        line, moves = np.zeros((101, 2)), len(points) > 0  # in an empty or full tank nothing does
+        reach = points[:, plane] if moves else wall[:, 0]
+        line[:, plane] = np.linspace(reach.min(), reach.max(), len(line))
+        shapes: Array = np.zeros((len(line), 0))
+        if moves:
+            shapes = griddata(points, liquid.coefficients.surface_shapes, line)
         known = np.isfinite(shapes).all(axis=1)
         self._shapes: Array = shapes[known]
         # and on beyond the contact lines, where the wall may lean outwards

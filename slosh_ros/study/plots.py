@@ -38,9 +38,16 @@ def plot_modes(name: str, coefficients: ModalCoefficients, path: Path) -> None:
         The modes.
     path : Path
         PNG, SVG or PDF file.
+
+    Raises
+    ------
+    InputError
+        If there is no mode.
     """
     c = coefficients
     count = len(c.names)
+    if not count:
+        raise InputError(f'{name} is empty or full: no mode can be drawn; choose another fill')
     columns = min(count, _COLUMNS)
     rows = -(-count // columns)
     figure = Figure(figsize=(3.4 * columns, 2.3 * rows + 0.9), layout='constrained')

@@ -109,8 +109,10 @@ class Polygon(Section):
         surface = np.array(sorted(piece for pool in pools for piece in _surface(pool)))
         surface = surface.reshape(-1, 2)
         width = float(np.diff(surface, axis=1).sum())
-        # of all pieces together; a section full to its top has none
+        # of all pieces together
         centre = float(np.diff(surface**2, axis=1).sum()) / (2.0 * width) if width else 0.0
+        if pools and not width:  # full to a top that is a point
+            centre = float(self.corners[self.corners[:, 1].argmax(), 0])
         moments = np.array([_moments(pool - [centre, 0.0]) for pool in pools]).reshape(-1, 6)
         area, y, z, yy, yz, zz = (float(moment) for moment in moments.sum(axis=0))
         if self.is_symmetric:

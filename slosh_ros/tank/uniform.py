@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -59,6 +59,24 @@ class LiquidAtRest:
         """Height of the mean free surface in the tank frame [m]."""
         return float(self.surface_centre[2])
 
+    @classmethod
+    def none(cls, height: float) -> LiquidAtRest:
+        """Describe what is in an empty tank of the given height [m]; O is at its bottom."""
+        return cls(
+            depth=0.0,
+            fill_ratio=0.0,
+            volume=0.0,
+            surface_centre=np.array([0.0, 0.0, -height / 2.0]),
+            freeboard=height,
+            centroid=np.zeros(3),
+            inertia=np.zeros((3, 3)),
+            surface_inertia=np.zeros((2, 2)),
+        )
+
+    def enclosed(self) -> LiquidAtRest:
+        """Describe the same liquid in a tank that is full: the roof leaves no free surface."""
+        return replace(self, fill_ratio=1.0, freeboard=0.0, surface_inertia=np.zeros((2, 2)))
+
 
 @dataclass(frozen=True)
 class UniformTank:
@@ -98,6 +116,8 @@ class UniformTank:
 
     def depth(self, fill_ratio: float) -> float:
         """Greatest depth [m] at which the liquid takes this fraction (0..1) of the volume."""
+        if fill_ratio in (0.0, 1.0):
+            return fill_ratio * self.height
         edge = 1e-12 * self.height
         return float(
             brentq(
@@ -121,9 +141,16 @@ class UniformTank:
         Raises
         ------
         InputError
-            If the liquid is not one body with a free surface.
+            If the liquid is neither one body with a free surface nor fills the tank.
         """
+        if depth == 0.0:
+            return LiquidAtRest.none(self.height)
+        if depth == self.height:
+            return self._at_rest(depth).enclosed()
         self.section.check(depth)
+        return self._at_rest(depth)
+
+    def _at_rest(self, depth: float) -> LiquidAtRest:
         length = self.length
         m: SectionMoments = self.section.moments(depth)
         xx = m.area * length**3 / 12.0
@@ -155,7 +182,8 @@ class UniformTank:
         array, shape (3,)
             In the tank frame [m]; the given point itself if it is in the liquid.
         """
-        self.section.check(depth)
+        if depth < self.height:
+            self.section.check(depth)
         surface = np.array([self.section.moments(depth).surface_y, depth - self.height / 2.0])
         x = np.clip(point[0], -self.length / 2.0, self.length / 2.0)
         return np.array([x, *(surface + self.section.nearest(depth, point[1:] - surface))])

@@ -58,10 +58,12 @@ class UprightCylinder:
         depth : float
             Depth [m], between 0 and the inner height.
         """
+        if depth == 0.0:
+            return LiquidAtRest.none(self.height)
         surface = float(np.pi) * self.radius**2
         second_moment = surface * self.radius**2 / 4.0  # of the disc, about a diameter
         across = second_moment * depth + surface * depth**3 / 3.0
-        return LiquidAtRest(
+        liquid = LiquidAtRest(
             depth=depth,
             fill_ratio=self.fill_ratio(depth),
             volume=surface * depth,
@@ -71,6 +73,7 @@ class UprightCylinder:
             inertia=np.diag([across, across, 2.0 * second_moment * depth]),
             surface_inertia=second_moment * np.eye(2),
         )
+        return liquid.enclosed() if depth == self.height else liquid
 
     def nearest(self, depth: float, point: Array) -> Array:
         """

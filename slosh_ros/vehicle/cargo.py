@@ -66,7 +66,7 @@ class RigidCargo:
         """Take several bodies as one."""
         mass = sum(part.mass for part in parts)
         moment = np.array([part.mass * np.array(part.centroid) for part in parts]).sum(axis=0)
-        centroid = moment / mass
+        centroid = moment / mass if mass else np.zeros(3)
         inertia = np.zeros((3, 3))
         for part in parts:
             arm = np.array(part.centroid) - centroid
