@@ -62,7 +62,7 @@ setup(
             'pytest-xdist>=3.4',
             'scikit-fem>=9.0',
             'sympy>=1.12',
-        ]
+        ],
     },
     entry_points={
         'console_scripts': [
