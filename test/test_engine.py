@@ -370,7 +370,7 @@ def test_beta_acceleration_is_the_derivative_of_beta_rate():
 
 
 def test_force_of_a_tank_at_rest_is_what_moves_the_mass_centre():
-    """Newton: F = -m c'' of all the liquid in the tanks, a leaning and a turned one, whatever the damping."""
+    """Newton: F = -m c'' of all the liquid, in two tanks, one turned, whatever the damping."""
     rear = {
         name.replace('tank.', 'rear.'): value for name, value in (RECTANGLE | CYLINDER).items()
         if name not in ('tank.width', 'tank.height', 'tank.fill_depth')
