@@ -367,3 +367,46 @@ def test_beta_acceleration_is_the_derivative_of_beta_rate():
         forces.append(loads.wrench[0])
     from_speed = -c.coupling[0, 0] * np.gradient(speeds, step)
     np.testing.assert_allclose(forces[5:-5], from_speed[5:-5], atol=1e-4 * np.abs(forces).max())
+
+
+def test_force_of_a_tank_at_rest_is_what_moves_the_mass_centre():
+    """Newton: F = -m c'' of all the liquid, in two tanks, one turned, whatever the damping."""
+    rear = {
+        name.replace('tank.', 'rear.'): value for name, value in (RECTANGLE | CYLINDER).items()
+        if name not in ('tank.width', 'tank.height', 'tank.fill_depth')
+    }  # fmt: skip
+    engine = engine_of(
+        tanks=['tank', 'rear'], tank__damping_ratio=0.05, tank__xyz=[3.0, 0.1, 1.0],
+        tank__rpy=[0.0, 0.0, 0.5], rear__xyz=[-4.0, 0.0, 1.2], **rear,
+    )  # fmt: skip
+    feed(engine, stamps(1.0, 0.01), (-0.8, 0.5, G))
+    step, centres, forces = 0.002, [], []
+    for stamp in stamps(3.0, step):
+        loads = feed(engine, [stamp + 2 * SECOND], REST)[0]
+        centres.append(engine.centre_of_mass)
+        forces.append(loads.wrench[:3])
+    accelerations = np.diff(centres, 2, axis=0) / step**2
+    forces = np.array(forces)[1:-1]
+    np.testing.assert_allclose(
+        forces, -engine.carried.mass * accelerations, atol=2e-3 * np.abs(forces).max()
+    )
+    # and both tanks have their share
+    shares = [tank.wrench for tank in engine.tanks]
+    np.testing.assert_allclose(np.sum(shares, axis=0), loads.wrench, rtol=1e-12, atol=1e-9)
+    assert min(np.abs(share[:2]).max() for share in shares) > 100.0
+
+
+@pytest.mark.parametrize(('axis', 'side'), [(0, 8.0), (1, 2.0)])
+def test_mass_centre_of_a_tilted_tank_moves_by_the_wedge(axis, side):
+    """I/V times the slope: L^2/(12 d); it lies at the frozen centroid before anything moves."""
+    engine = engine_of(tank__damping_ratio=0.3, tank__modes=80, frames__output='tank_link')
+    tilt = np.radians(2.0)
+    feed(engine, stamps(0.0, 0.05), REST)
+    at_rest = engine.centre_of_mass
+    np.testing.assert_allclose(at_rest, engine.carried.centroid, atol=1e-12)
+    force = np.array([0.0, 0.0, G * np.cos(tilt)])
+    force[axis] = -G * np.sin(tilt)  # this side down
+    feed(engine, [s + SECOND for s in stamps(120.0, 0.05)], tuple(force))
+    shift = engine.centre_of_mass - at_rest
+    assert shift[axis] == pytest.approx(np.sin(tilt) * side**2 / (12 * 0.8), rel=1e-3)
+    assert np.delete(shift, axis) == pytest.approx(0.0, abs=1e-9)

@@ -128,6 +128,17 @@ class SloshEngine:
         matrix[:, 3], matrix[:, 4] = GRAVITY * settled[:, 1], -GRAVITY * settled[:, 0]
         return matrix
 
+    @property
+    def centre_of_mass(self) -> Array:
+        """
+        Mass centre of all liquid as it sloshes, in the output frame (3,) [m]; NaN without liquid.
+
+        To first order in the wave: it moves along the mean free surface only.
+        """
+        mass = sum(tank.coefficients.mass for tank in self.tanks)
+        moment = np.sum([tank.mass_moment for tank in self.tanks], axis=0)
+        return moment / mass if mass else np.full(3, np.nan)
+
     def reset(self) -> None:
         """Forget the motion: the next good sample finds the liquid at rest."""
         self.gate.reset()
@@ -222,6 +233,8 @@ class TankModel:
         self._loads = LoadMatrices.of(c, self.damping_ratio).moved(transform)
         self.carried = CarriedLiquid.of(c).moved(transform)
         self.surface_centre = out.origin
+        self._rest_moment = c.mass * (out.origin + out.rotation @ c.liquid.centroid)
+        self._moment = out.rotation @ force.T
         self.rigid = self._loads.rigid @ transform.T
         tilted = -self._force_gain / c.omega[:, None] ** 2  # beta per specific force, at rest
         self.settled = (
@@ -230,6 +243,7 @@ class TankModel:
         self._modes = ModalIntegrator(c.omega, self.damping_ratio)
         self._watch = TrustWatch(config.tank, c)
         self._driving: Array = np.zeros(len(c.omega))
+        self._at_surface: Array = np.zeros(6)
         self._pressure: PressureMatrices | None = None
         if config.pressure_points:
             points = config.points_of_pressure(c.liquid)
@@ -281,7 +295,23 @@ class TankModel:
         acceleration : array, shape (2, 3)
             Specific force of the sensor's point and angular acceleration, in sensor axes.
         """
-        return self._lever.carried(rate, acceleration)
+        self._at_surface = self._lever.carried(rate, acceleration)
+        return self._at_surface
+
+    @property
+    def wrench(self) -> Array:
+        """Sloshing wrench of this tank at the sample last taken, in the output frame, (6,)."""
+        return self.loads(self._at_surface)[0]
+
+    @property
+    def mass_moment(self) -> Array:
+        """
+        Mass times mass centre at the sample last taken, in the output frame, (3,) [kg m].
+
+        The wave carries rho times the integral of (x, y) f_j dS, eqs (11) and (12), per beta_j:
+        m c + sum of lambda_T beta. Its second derivative is the sloshing force, reversed.
+        """
+        return np.asarray(self._rest_moment + self._moment @ self.beta)
 
     def loads(self, at_surface: Array) -> tuple[Array, Array, Array]:
         """Wrenches at the sample last taken: sloshing, total, sloshing without feed-through."""
