@@ -24,7 +24,7 @@ MAKE_VENV := requirements/make_venv.sh
 # Files of tests on all cores, each worker with a ROS domain of its own (test/conftest.py).
 SHARED_OUT := -n logical --dist loadfile
 
-.PHONY: help venv demo test lint format bench colcon test-oldest bags clean
+.PHONY: help venv demo test lint format bench docs colcon test-oldest bags clean
 
 help: ## list the targets
 	@sed -nE 's/^([a-z-]+):.*## (.*)/\1 \2/p' Makefile | \
@@ -57,6 +57,9 @@ bench: $(STAMP) ## what a sample costs, against a bare relay node; what scenario
 	.venv/bin/python bench/node_against_relay.py
 	.venv/bin/python bench/simulate.py
 	.venv/bin/python bench/coefficients.py
+
+docs: $(STAMP) ## the manual as HTML, warnings are errors; open build/docs/index.html
+	$(RUN) sphinx -W --keep-going -n -q -E -b html docs build/docs
 
 colcon: $(STAMP) ## build and test as in a ROS workspace; then `source install/setup.bash`
 	$(RUN) colcon build --base-paths .

@@ -56,7 +56,7 @@ case $kind in
     jazzy)
         "$python" -m venv --system-site-packages "$venv"
         # not the pins but setup.py's lower bounds: what apt has installed is good enough
-        pip install -r requirements/lint.txt -e '.[test]'
+        pip install -r requirements/lint.txt -r requirements/docs.txt -e '.[test]'
         ;;
     oldest)
         "$python" -m venv "$venv"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,7 +26,8 @@ _POINTS: dict[str, Any] = {
     'color': '#F0A0D0', 'marker': 'o', 'markersize': 4.5, 'linestyle': 'none',
     'markeredgecolor': 'black', 'markeredgewidth': 0.6,
 }  # fmt: skip
-_WIDTH, _HEIGHT = 8.0, 2.7  # inches of a panel; legible on a phone
+_WIDTH, _HEIGHT = 6.4, 2.3  # inches of a panel; legible on a phone
+_CLOSE = 0.03  # of the axis: marks nearer than that are named on either side
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,12 +93,6 @@ def _fill(axis: Axes, panel: Panel) -> None:
     for curve in panel.curves:
         style = _POINTS if curve.points else next(lines)
         axis.plot(curve.x, curve.y, label=curve.name, **style)
-    for name, place in (panel.marks or {}).items():
-        axis.axvline(place, color='0.55', linewidth=0.8, zorder=0)
-        axis.annotate(
-            name, (place, 1.0), xycoords=('data', 'axes fraction'), xytext=(2, -2), fontsize=7,
-            textcoords='offset points', va='top', color='0.35',
-        )  # fmt: skip
     axis.set_ylabel(panel.ylabel)
     if panel.ylim is not None:
         axis.set_ylim(*panel.ylim)
@@ -106,6 +102,21 @@ def _fill(axis: Axes, panel: Panel) -> None:
     axis.margins(x=0)
     axis.legend(
         ncols=2 if len(panel.curves) == 4 else 3,
-        loc='lower left', bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=8,
-        borderaxespad=0.2, handlelength=3.0,
+        loc='lower left', bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=9,
+        borderaxespad=0.2, handlelength=2.8, columnspacing=1.2,
     )  # fmt: skip
+    _mark(axis, sorted((panel.marks or {}).items(), key=lambda mark: mark[1]))
+
+
+def _mark(axis: Axes, marks: Sequence[tuple[str, float]]) -> None:
+    """Draw vertical lines, named at the top."""
+    low, high = axis.get_xlim()
+    following = [place for _, place in marks[1:]]
+    for (name, place), after in zip(marks, [*following, math.inf], strict=False):
+        left = after - place < _CLOSE * (high - low)
+        axis.axvline(place, color='0.55', linewidth=0.8, zorder=0)
+        axis.annotate(
+            name, (place, 1.0), xycoords=('data', 'axes fraction'), fontsize=8, color='0.35',
+            xytext=(-2 if left else 2, -2), textcoords='offset points', va='top',
+            ha='right' if left else 'left',
+        )  # fmt: skip

@@ -93,7 +93,7 @@ def figure_6() -> Finding:
         )  # fmt: skip
         panels.append(
             Panel(
-                f'F / (m a), {at}',
+                f'F / (m a) [-],\n{at}',
                 (
                     Curve(f'{MANY} modes', one.time / period, force[MANY]),
                     Curve('1 mode', one.time / period, force[1]),

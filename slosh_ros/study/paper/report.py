@@ -114,7 +114,7 @@ def _row_as_json(row: Row) -> dict[str, object]:
 def _save(drawing: Drawing, folder: Path) -> bytes:
     """Write picture and numbers; return the picture."""
     buffer = io.BytesIO()
-    drawing.figure.savefig(buffer, format='png', dpi=110)
+    drawing.figure.savefig(buffer, format='png', dpi=140)
     (folder / f'{drawing.name}.png').write_bytes(buffer.getvalue())
     columns = [np.asarray(column, dtype=float).tolist() for column in drawing.columns.values()]
     with (folder / f'{drawing.name}.csv').open('w', encoding='utf-8') as file:
