@@ -18,7 +18,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.modal import LoadMatrices
 from slosh_ros.modal.pressure import PressureMatrices
-from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular, section_x
+from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular, section_x, sphere
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,7 @@ TANKS = {
     'drum': (cylinder_z(1.2, 2.0), 0.45),
     'half-full pipe': (cylinder_x(1.125, 4.0), 0.5),
     'pipe': (cylinder_x(1.125, 4.0), 0.7),
+    'ball': (sphere(1.2), 0.8),
     'prism': (section_x([0.0, 0.0, 2.0, -0.3, 2.4, 1.0, 1.1, 1.6, -0.3, 0.9], 3.0), 0.6),
 }
 REST = np.array([0.0, 0.0, G, 0.0, 0.0, 0.0])
@@ -54,7 +55,7 @@ def integrated(
     c: ModalCoefficients, zeta: Array, tank: Tank, motion: tuple[Array, Array, Array]
 ) -> Array:
     """Force and moment about O of the pressure on the wetted wall."""
-    wall, _ = wetted(tank, c.liquid.depth)
+    wall, _ = wetted(tank, c.liquid.depth, 120)
     pressure = PressureMatrices.of(c, zeta, wall.points).at(*motion)
     pressure = pressure - c.density * G * wall.points[:, 2]
     push = (wall.weights * pressure)[:, np.newaxis] * wall.normals

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.coefficients import ModalCoefficients
+from slosh_ros.hydro.coefficients import ModalCoefficients, peaks
 from slosh_ros.hydro.rectangular import rectangular_coefficients
-from slosh_ros.hydro.section import _Family, _peaks, section_coefficients
+from slosh_ros.hydro.section import _Family, section_coefficients
 from slosh_ros.hydro.section_functions import Parity
 from slosh_ros.hydro.section_mesh import DEFAULT, Resolution, half_section
 from slosh_ros.tank import Circle, UniformTank, cylinder_x, rectangular
@@ -306,7 +306,7 @@ def test_crests_stand_on_the_sides_of_negative_x_and_y(fill_ratio: float) -> Non
 def test_largest_value_between_samples_is_found() -> None:
     x = np.linspace(0.0, 1.0, 1001)
     waves = np.stack([np.cos(40.0 * x + 0.3), 3.0 - 0.0 * x, -2.0 * np.exp(-x), x], axis=1)
-    assert _peaks(waves) == pytest.approx([1.0, 3.0, 2.0, 1.0], rel=1e-7)
+    assert peaks(waves) == pytest.approx([1.0, 3.0, 2.0, 1.0], rel=1e-7)
 
 
 def test_modal_mass_is_the_integral_of_the_surface_shape() -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.tank import Circle, Polygon, Rectangle, Tank, UniformTank, UprightCylinder
+from slosh_ros.tank import Capsule, Circle, Polygon, Rectangle, Tank, UniformTank, UprightCylinder
 
 Array = NDArray[np.float64]
 
@@ -124,8 +124,31 @@ def _upright(tank: UprightCylinder, depth: float) -> tuple[Surface, Surface]:
     return wall + _face(disc - depth * Z, -Z, weights), _face(disc, Z, weights)
 
 
-def wetted(tank: Tank, depth: float) -> tuple[Surface, Surface]:
-    """Wetted walls, and the mean free surface, of a box, a prism or a cylinder."""
+def _sphere(tank: Capsule, depth: float, down: int) -> tuple[Surface, Surface]:
+    assert tank.is_sphere
+    r, centre = tank.radius, (tank.radius - depth) * Z
+    reach = np.arccos((r - depth) / r)  # from the lowest point to the contact line
+    angle, angle_weight = interval(0.0, reach, down)
+    around = 12  # enough: of one nodal diameter
+    turn = 2.0 * np.pi * np.arange(around) / around
+    share = np.full(around, 2.0 * np.pi / around)
+    level = np.cos(turn)[:, None] * X + np.sin(turn)[:, None] * Y
+    outwards = np.sin(angle)[None, :, None] * level[:, None] - np.cos(angle)[None, :, None] * Z
+    wall = _face(
+        centre + r * outwards, outwards, np.outer(share, r**2 * np.sin(angle) * angle_weight)
+    )
+    s, s_weight = interval(0.0, r * np.sin(reach))
+    return wall, _face(s[None, :, None] * level[:, None], Z, np.outer(share, s * s_weight))
+
+
+def wetted(tank: Tank, depth: float, down: int = NODES) -> tuple[Surface, Surface]:
+    """
+    Wetted walls, and the mean free surface, of a box, a prism, a cylinder or a sphere.
+
+    Down the wall of a sphere there are so many points: high modes live at its contact line.
+    """
     if isinstance(tank, UprightCylinder):
         return _upright(tank, depth)
+    if isinstance(tank, Capsule):
+        return _sphere(tank, depth, down)
     return _uniform(tank, depth)

@@ -38,7 +38,7 @@ class TankConfig:
         Its name.
     pose : Pose
         Of the tank frame in base_link.
-    tank : UniformTank or UprightCylinder
+    tank : Tank
         Its shape.
     depth : float
         Depth of the liquid [m].

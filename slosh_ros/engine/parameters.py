@@ -74,7 +74,9 @@ PARAMETERS: tuple[Parameter, ...] = (
         choices=tuple(SHAPES),
     ),
     Parameter(
-        '{tank}.length', 'double', None, 'inner length along x', 'm', POSITIVE, 1e3
+        '{tank}.length', 'double', None,
+        'inner length along x; of the straight part, if a cylinder_x has heads',
+        'm', POSITIVE, 1e3,
     ),
     Parameter(
         '{tank}.width', 'double', None,
@@ -87,7 +89,12 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     Parameter(
         '{tank}.radius', 'double', None,
-        'inner radius (cylinder_x, cylinder_z)', 'm', POSITIVE, 1e3
+        'inner radius (cylinder_x, cylinder_z, sphere)', 'm', POSITIVE, 1e3
+    ),
+    Parameter(
+        '{tank}.head_depth', 'double', None,
+        'inner depth of the ellipsoidal head at each end: radius for half a sphere, 0 or absent '
+        'for flat ends (cylinder_x)', 'm', 0.0, 1e3
     ),
     Parameter(
         '{tank}.corner_radius', 'double', None,

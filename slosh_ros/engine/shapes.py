@@ -15,6 +15,7 @@ from slosh_ros.tank import (
     rectangular,
     rounded_rectangle_x,
     section_x,
+    sphere,
 )
 
 
@@ -39,13 +40,14 @@ class Shape(NamedTuple):
 
 SHAPES: dict[str, Shape] = {
     'rectangular': Shape(rectangular, ('length', 'width', 'height')),
-    'cylinder_x': Shape(cylinder_x, ('radius', 'length')),
+    'cylinder_x': Shape(cylinder_x, ('radius', 'length'), ('head_depth',)),
     'cylinder_z': Shape(cylinder_z, ('radius', 'height')),
     'ellipse_x': Shape(ellipse_x, ('width', 'height', 'length')),
     'rounded_rectangle_x': Shape(
         rounded_rectangle_x, ('width', 'height', 'corner_radius', 'length')
     ),
     'section_x': Shape(section_x, ('points', 'length')),
+    'sphere': Shape(sphere, ('radius',)),
 }
 
 

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 
 _SURFACE_POINTS = 33  # along each side; odd, so that the centre lines are among them
+_RADII, _ANGLES = 17, 48  # of a round surface; a multiple of 4 angles, so that crests are among
 
 
 class Potentials(Protocol):
@@ -210,3 +211,31 @@ def surface_grid(length: float, width: float) -> Array:
     """Points of a rectangular mean free surface, edges included, shape (m, 2) [m]."""
     x, y = (np.linspace(-side / 2.0, side / 2.0, _SURFACE_POINTS) for side in (length, width))
     return np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
+
+
+def diametral_names(modes: int) -> tuple[str, ...]:
+    """Name the modes of one nodal diameter, in pairs `x1`, `y1`, `x3`, `y3`, ..."""
+    return tuple(
+        # across the diameter the n-th radial shape has 2n - 1 half-waves
+        mode_name(j, 0) if j % 2 else mode_name(0, j - 1)
+        for j in range(1, modes + 1)
+    )
+
+
+def disc_points(radius: float) -> Array:
+    """Points of a circular mean free surface, centre and edge included, shape (m, 2) [m]."""
+    r = np.linspace(0.0, radius, _RADII)[1:]
+    theta = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
+    rings = np.stack([np.outer(r, np.cos(theta)), np.outer(r, np.sin(theta))], axis=-1)
+    return np.concatenate([np.zeros((1, 2)), rings.reshape(-1, 2)])
+
+
+def peaks(samples: Array) -> Array:
+    """Largest modulus in each column, refined by the parabola through the three samples there."""
+    # beyond the ends the columns are mirrored: a peak at an end stays as it is
+    modulus = np.pad(np.abs(samples), ((1, 1), (0, 0)), mode='reflect')
+    top, column = modulus[1:-1].argmax(axis=0), np.arange(modulus.shape[1])
+    before, peak, after = (modulus[top + i, column] for i in range(3))
+    bend = np.maximum(2.0 * peak - before - after, np.finfo(float).tiny)
+    refined: Array = peak + (after - before) ** 2 / (8.0 * bend)
+    return refined

@@ -22,7 +22,8 @@ from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro.coefficients import (
     Array,
     ModalCoefficients,
-    mode_name,
+    diametral_names,
+    disc_points,
     still_coefficients,
 )
 from slosh_ros.hydro.hyperbolic import cosh_ratio
@@ -30,7 +31,6 @@ from slosh_ros.tank.upright import UprightCylinder
 
 _SERIES_TERMS = 200  # of the inertia sum, whose terms fall as m^-5: 1e-12 of the sum is left
 _POTENTIAL_TERMS = 500  # fall as m^-3: at the wall 7e-8 of the depth squared is left
-_RADII, _ANGLES = 17, 48  # points of the surface; a multiple of 4 angles, so that crests are among
 
 
 def cylinder_z_coefficients(
@@ -81,17 +81,13 @@ def cylinder_z_coefficients(
     coupling[sine, 1] = push[sine]
     coupling[sine, 3] = (push * lever)[sine]
 
-    points = _surface_points(radius)
+    points = disc_points(radius)
     potentials = _Potentials(radius, depth, e, sine, -wall / j1(e))
     return ModalCoefficients(
         route='closed form',
         density=density,
         liquid=tank.filled(depth),
-        names=tuple(
-            # across the diameter the n-th radial shape has 2n - 1 half-waves
-            mode_name(j, 0) if j % 2 else mode_name(0, j - 1)
-            for j in range(1, modes + 1)
-        ),
+        names=diametral_names(modes),
         omega=np.sqrt(GRAVITY * kappa),
         mu=density * np.pi * radius**2 / (2.0 * kappa) * (1.0 - 1.0 / e**2) * wall**2,  # eq (10)
         coupling=coupling,
@@ -148,14 +144,6 @@ def _wall_friction(radius: float, depth: float, e: Array) -> Array:
     bottom = k**2 * surface * sech_2
     friction: Array = (wall + bottom) / (2.0 * k * tanh * surface)
     return friction
-
-
-def _surface_points(radius: float) -> Array:
-    """Points of a circular mean free surface, centre and edge included, shape (m, 2) [m]."""
-    r = np.linspace(0.0, radius, _RADII)[1:]
-    theta = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
-    rings = np.stack([np.outer(r, np.cos(theta)), np.outer(r, np.sin(theta))], axis=-1)
-    return np.concatenate([np.zeros((1, 2)), rings.reshape(-1, 2)])
 
 
 def _stokes_joukowski(radius: float, depth: float) -> Array:

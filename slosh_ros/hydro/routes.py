@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from slosh_ros.errors import InputError
+from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients
 from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.tank import LiquidAtRest, Rectangle, Tank, UprightCylinder
+from slosh_ros.tank import Capsule, Circle, LiquidAtRest, Rectangle, Tank, UprightCylinder
 
 
 def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> ModalCoefficients:
@@ -17,7 +19,7 @@ def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> Mod
 
     Parameters
     ----------
-    tank : UniformTank or UprightCylinder
+    tank : Tank
         The tank.
     depth : float
         Depth of the liquid [m]; an empty tank and a full one have no modes.
@@ -31,6 +33,10 @@ def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> Mod
         return still_coefficients('empty', density, liquid, np.zeros((3, 3)), None)
     if isinstance(tank, UprightCylinder):
         return cylinder_z_coefficients(tank, depth, density, modes)
+    if isinstance(tank, Capsule):
+        if not tank.is_sphere:
+            raise InputError('the route for tanks with heads is still to come')
+        return axisymmetric_coefficients(Circle(tank.radius), tank.filled(depth), density, modes)
     if isinstance(tank.section, Rectangle):
         return rectangular_coefficients(tank, depth, density, modes)
     return section_coefficients(tank, depth, density, modes)

@@ -26,6 +26,7 @@ from slosh_ros.hydro.coefficients import (
     Array,
     ModalCoefficients,
     mode_name,
+    peaks,
     still_coefficients,
     surface_grid,
 )
@@ -295,7 +296,7 @@ def _modes(family: _Family, a: int, length: float) -> list[_Mode]:
     friction = (along_wall + ends) / (2.0 * kappa * cos2)
 
     pieces = [samples @ psi for samples in family.samples]
-    scale = _signs(np.concatenate(pieces)) / np.max([_peaks(piece) for piece in pieces], axis=0)
+    scale = _signs(np.concatenate(pieces)) / np.max([peaks(piece) for piece in pieces], axis=0)
     step = 1 if f.parity == Parity.NONE else 2
     first = int(f.parity == Parity.ODD) + step * (a == 0 and f.has_constant)
     columns = zip(
@@ -402,17 +403,6 @@ def _signs(samples: Array) -> Array:
     modulus = np.abs(samples)
     first = np.argmax(modulus >= _LEFTMOST_CREST * modulus.max(axis=0), axis=0)
     return np.asarray(np.sign(samples[first, np.arange(samples.shape[1])]))
-
-
-def _peaks(samples: Array) -> Array:
-    """Largest modulus in each column, refined by the parabola through the three samples there."""
-    # beyond the ends the columns are mirrored: a peak at an end stays as it is
-    modulus = np.pad(np.abs(samples), ((1, 1), (0, 0)), mode='reflect')
-    top, column = modulus[1:-1].argmax(axis=0), np.arange(modulus.shape[1])
-    before, peak, after = (modulus[top + i, column] for i in range(3))
-    bend = np.maximum(2.0 * peak - before - after, np.finfo(float).tiny)
-    refined: Array = peak + (after - before) ** 2 / (8.0 * bend)
-    return refined
 
 
 def _stokes_joukowski(

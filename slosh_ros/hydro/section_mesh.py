@@ -14,7 +14,10 @@ distance; that is along rho, and there the knots are dense.
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -117,7 +120,7 @@ class HalfSection:
         root[: root.shape[1]] = cholesky(
             2.0 * self.surface_mass[np.ix_(at_surface, at_surface)], lower=True
         )
-        half_width = float(self.fan.net[0, 0, 0])
+        half_width = self.fan.radius
 
         def matrix(half: Array) -> Array:
             return 2.0 * half[np.ix_(among, among)]
@@ -225,6 +228,11 @@ class Fan:
     along: BSpline
     across: BSpline
 
+    @property
+    def radius(self) -> float:
+        """Half the width of the free surface [m]."""
+        return float(self.net[0, 0, 0])
+
     def values(self, points: Array) -> Array:
         """
         Values of the functions at points of the half section.
@@ -262,7 +270,7 @@ class Fan:
             t = np.clip(t + (y_rho * z - z_rho * y) / jacobian, 0.0, 1.0)
             if np.abs(last - [rho, t]).max() < _AT_REST:
                 break
-        far = np.hypot(*(points.T - self._at(rho, t))) > _FOUND * self.net[0, 0, 0]
+        far = np.hypot(*(points.T - self._at(rho, t))) > _FOUND * self.radius
         if far.any():
             y, z = points[far][0]
             raise InputError(f'the section has no liquid at y = {y:g} m, z = {z:g} m from O')
@@ -275,11 +283,181 @@ class Fan:
         return np.asarray(np.einsum('kdp,pk->dp', rays, blend))
 
 
+class Samples(NamedTuple):
+    """
+    The functions v that do not vanish on one span of knots, at Gauss points of it.
+
+    Attributes
+    ----------
+    which : array of int, shape (n,)
+        Their numbers among all.
+    y, z : array, shape (p,)
+        Points of the area about O [m].
+    weight : array, shape (p,)
+        Of the integral over the area [m^2].
+    v, v_y, v_z : array, shape (p, n)
+        The functions and their derivatives there.
+    wall_y, wall_weight : array, shape (q,)
+        Distance from the symmetry plane of points of the wall [m], and weight of the integral
+        along it [m].
+    wall, along_wall : array, shape (q, n)
+        The functions and their derivatives along the wall there.
+    surface_y, surface_weight : array, shape (q,)
+        Points of the free surface [m] and weight of the integral over it [m].
+    surface : array, shape (q, n)
+        The functions there.
+    """
+
+    which: NDArray[np.intp]
+    y: Array
+    z: Array
+    weight: Array
+    v: Array
+    v_y: Array
+    v_z: Array
+    wall_y: Array
+    wall_weight: Array
+    wall: Array
+    along_wall: Array
+    surface_y: Array
+    surface_weight: Array
+    surface: Array
+
+
+@dataclass(frozen=True, eq=False)
+class HalfMesh:
+    """
+    The n functions on half of the liquid in a section, span by span of the knots in rho.
+
+    Attributes
+    ----------
+    on_axis : array of bool, shape (n,)
+        Which functions do not vanish on the symmetry plane.
+    fan : Fan
+        The functions at single points.
+    spans : list of Samples
+        For integrals.
+    """
+
+    on_axis: NDArray[np.bool_]
+    fan: Fan
+    spans: list[Samples]
+
+    @classmethod
+    def of(cls, section: SymmetricSection, depth: float, resolution: Resolution) -> HalfMesh:
+        """
+        Sample the functions.
+
+        Parameters
+        ----------
+        section : Section
+            The section.
+        depth : float
+            Depth of the liquid [m].
+        resolution : Resolution
+            Number and degree of the functions.
+
+        Raises
+        ------
+        InputError
+            If the fan of rays folds over, as it may in a section far from convex.
+        """
+        corners = np.array(section.corners(depth))
+        breaks = _breaks(corners, resolution.spans)
+        along = _splines(breaks, resolution.degree, corners)
+        fan = Fan(
+            _control_net(section, depth, along), along, _splines(_UNIT, resolution.fan_degree)
+        )
+        t, t_weight = _gauss(_UNIT, resolution.fan_degree + 2)
+        spans = []
+        for begin, end in itertools.pairwise(breaks):
+            rho, rho_weight = _gauss(np.array([begin, end]), resolution.degree)
+            spans.append(_sampled(fan, rho, rho_weight, t, t_weight))
+        if min(float(span.weight.min()) for span in spans) <= 0.0:
+            raise InputError(
+                'the wall of the section turns back under or over the free surface; '
+                'only sections that are convex, or nearly so, can be computed'
+            )
+        on_surface, across = along.c.shape[1], fan.across.c.shape[1]
+        numbers = np.arange(on_surface + (on_surface - 1) * (across - 1))
+        return cls(
+            on_axis=(numbers == on_surface - 1) | (numbers > numbers[-1] - (across - 1)),
+            fan=fan,
+            spans=spans,
+        )
+
+    def matrix(self, of: Callable[[Samples], Array]) -> Array:
+        """Add up the matrices that a function makes of each span, shape (n, n)."""
+        total = np.zeros((len(self.on_axis), len(self.on_axis)))
+        for span in self.spans:
+            total[np.ix_(span.which, span.which)] += of(span)
+        return total
+
+    def vector(self, of: Callable[[Samples], Array]) -> Array:
+        """Add up the vectors that a function makes of each span, shape (n,)."""
+        total = np.zeros(len(self.on_axis))
+        for span in self.spans:
+            total[span.which] += of(span)
+        return total
+
+
+def _sampled(fan: Fan, rho: Array, rho_weight: Array, t: Array, t_weight: Array) -> Samples:
+    """Functions on one span; where the map folds over, some weight is not positive."""
+    among = np.flatnonzero(fan.along(rho).any(axis=0))
+    blend = _splines(_UNIT, len(fan.net) - 1)
+
+    def products(t: Array, i: int, j: int) -> Array:
+        splines = fan.along(rho, i)
+        product = np.einsum('ri,qj->rqij', splines[:, among], fan.across(t, j))
+        product = product.reshape(-1, *product.shape[2:])
+        return _joined(product) if among[0] == 0 else product.reshape(len(product), -1)
+
+    # the map P and the functions, each with its derivatives by rho and by t
+    orders = ((0, 0), (1, 0), (0, 1))
+    (y, z), (y_rho, z_rho), (y_t, z_t) = (
+        np.einsum('kdi,ri,tk->drt', fan.net, fan.along(rho, i), blend(t, j)).reshape(2, -1, 1)
+        for i, j in orders
+    )
+    v, v_rho, v_t = (products(t, i, j) for i, j in orders)
+    jacobian = y_rho * z_t - z_rho * y_t
+    safe = np.where(jacobian > 0.0, jacobian, 1.0)
+    # arc length per rho, on the last ray
+    speed = np.hypot(*np.einsum('di,ri->dr', fan.net[-1], fan.along(rho, 1)))
+    return Samples(
+        which=_numbers(among, fan),
+        y=y[:, 0],
+        z=z[:, 0],
+        weight=(np.outer(rho_weight, t_weight).reshape(-1, 1) * jacobian)[:, 0],
+        v=v,
+        v_y=(z_t * v_rho - z_rho * v_t) / safe,
+        v_z=(y_rho * v_t - y_t * v_rho) / safe,
+        wall_y=fan.along(rho) @ fan.net[-1, 0],
+        wall_weight=rho_weight * speed,
+        wall=products(_UNIT[1:], 0, 0),
+        along_wall=products(_UNIT[1:], 1, 0) / speed[:, np.newaxis],
+        surface_y=fan.radius * (1.0 - rho),
+        surface_weight=fan.radius * rho_weight,
+        surface=products(_UNIT[:1], 0, 0),
+    )
+
+
+def _numbers(among: NDArray[np.intp], fan: Fan) -> NDArray[np.intp]:
+    """Numbers of the products of these splines in rho, in the order of :func:`_joined`."""
+    first, across = fan.along.c.shape[1], fan.across.c.shape[1] - 1
+    inner = np.arange(across)
+    if among[0] == 0:
+        rest = among[1:]
+        below = first + np.add.outer((rest - 1) * across, inner)
+        return np.concatenate([[0], rest, below.ravel()])
+    below = first + np.add.outer((among - 1) * across, inner)
+    return np.column_stack([among, below]).ravel()
+
+
 def half_section(
     section: SymmetricSection, depth: float, resolution: Resolution = DEFAULT
 ) -> HalfSection:
     """
-    Functions on half of the liquid in a section.
+    Functions on half of the liquid in a section; see :meth:`HalfMesh.of`.
 
     Parameters
     ----------
@@ -295,55 +473,24 @@ def half_section(
     InputError
         If the fan of rays folds over, as it may in a section far from convex.
     """
-    corners = np.array(section.corners(depth))
-    breaks = _breaks(corners, resolution.spans)
-    along = _splines(breaks, resolution.degree, corners)
-    across = _splines(_UNIT, resolution.fan_degree)
-    net = _control_net(section, depth, along)
-    blend = _splines(_UNIT, len(net) - 1)
-    rho, rho_weight = _gauss(breaks, resolution.degree)
-    t, t_weight = _gauss(_UNIT, resolution.fan_degree + 2)
-
-    # the map P and the functions, each with its derivatives by rho and by t
-    orders = ((0, 0), (1, 0), (0, 1))
-    (y, z), (y_rho, z_rho), (y_t, z_t) = (
-        np.einsum('kdi,ri,tk->drt', net, along(rho, i), blend(t, j)).reshape(2, -1, 1)
-        for i, j in orders
-    )
-    v, v_rho, v_t = (_products(along(rho, i), across(t, j)) for i, j in orders)
-    jacobian = y_rho * z_t - z_rho * y_t
-    if jacobian.min() <= 0.0:
-        raise InputError(
-            'the wall of the section turns back under or over the free surface; '
-            'only sections that are convex, or nearly so, can be computed'
-        )
-    v_y = (z_t * v_rho - z_rho * v_t) / jacobian
-    v_z = (y_rho * v_t - y_t * v_rho) / jacobian
-
-    weight = np.outer(rho_weight, t_weight).reshape(-1, 1) * jacobian
-    root = np.sqrt(weight)
-    half_width = float(net[0, 0, 0])
-    s, s_weight = along(rho), half_width * rho_weight
-    at_wall, along_wall = (_products(along(rho, i), across(_UNIT[1:])) for i in (0, 1))
-    # arc length per rho, on the last ray
-    speed = np.hypot(*np.einsum('di,ri->dr', net[-1], along(rho, 1)))
-    m, n = s.shape[1], v.shape[1]
+    mesh = HalfMesh.of(section, depth, resolution)
+    matrix, vector, m = mesh.matrix, mesh.vector, mesh.fan.along.c.shape[1]
     return HalfSection(
-        stiffness=_gram(root * v_y) + _gram(root * v_z),
-        mass=_gram(root * v),
-        d_dy=np.sum(weight * v_y, axis=0),
-        d_dz=np.sum(weight * v_z, axis=0),
-        y=np.sum(weight * y * v, axis=0),
-        z=np.sum(weight * z * v, axis=0),
-        roll=np.sum(weight * (y * v_z - z * v_y), axis=0),
-        wall_mass=_gram(np.sqrt(rho_weight * speed)[:, np.newaxis] * at_wall),
-        wall_stiffness=_gram(np.sqrt(rho_weight / speed)[:, np.newaxis] * along_wall),
-        surface_mass=_gram(np.sqrt(s_weight)[:, np.newaxis] * s),
-        surface_one=s_weight @ s,
-        surface_y=(s_weight * half_width * (1.0 - rho)) @ s,
-        surface=along,
-        on_axis=(np.arange(n) == m - 1) | (np.arange(n) >= n - resolution.fan_degree),
-        fan=Fan(net, along, across),
+        stiffness=matrix(lambda s: gram(s.v_y, s.weight) + gram(s.v_z, s.weight)),
+        mass=matrix(lambda s: gram(s.v, s.weight)),
+        d_dy=vector(lambda s: s.weight @ s.v_y),
+        d_dz=vector(lambda s: s.weight @ s.v_z),
+        y=vector(lambda s: (s.weight * s.y) @ s.v),
+        z=vector(lambda s: (s.weight * s.z) @ s.v),
+        roll=vector(lambda s: (s.weight * s.y) @ s.v_z - (s.weight * s.z) @ s.v_y),
+        wall_mass=matrix(lambda s: gram(s.wall, s.wall_weight)),
+        wall_stiffness=matrix(lambda s: gram(s.along_wall, s.wall_weight)),
+        surface_mass=matrix(lambda s: gram(s.surface, s.surface_weight))[:m, :m],
+        surface_one=vector(lambda s: s.surface_weight @ s.surface)[:m],
+        surface_y=vector(lambda s: (s.surface_weight * s.surface_y) @ s.surface)[:m],
+        surface=mesh.fan.along,
+        on_axis=mesh.on_axis,
+        fan=mesh.fan,
     )
 
 
@@ -381,12 +528,6 @@ def _gauss(breaks: Array, order: int) -> tuple[Array, Array]:
     return (breaks[:-1, np.newaxis] + half * (1.0 + x)).ravel(), (half * weight).ravel()
 
 
-def _products(along: Array, across: Array) -> Array:
-    """Products of functions of rho, shape (r, m), and of t, shape (q, f), at all r q points."""
-    product = np.einsum('ri,qj->rqij', along, across)
-    return _joined(product.reshape(-1, *product.shape[2:]))
-
-
 def _joined(product: Array) -> Array:
     """Functions that are continuous, of products at p points, shape (p, m, f)."""
     # rho = 0 is one point, whatever t: there the f products make up one function
@@ -394,6 +535,16 @@ def _joined(product: Array) -> Array:
     return np.hstack([contact, product[:, 1:, 0], product[:, 1:, 1:].reshape(len(product), -1)])
 
 
-def _gram(columns: Array) -> Array:
-    """Scalar products of all columns with one another."""
-    return columns.T @ columns
+def gram(columns: Array, weight: Array) -> Array:
+    """
+    Scalar products of all columns with one another.
+
+    Parameters
+    ----------
+    columns : array, shape (p, n)
+        Values of functions at points.
+    weight : array, shape (p,)
+        Of the points, not negative.
+    """
+    rooted = np.sqrt(weight)[:, np.newaxis] * columns
+    return np.asarray(rooted.T @ rooted)

@@ -27,7 +27,6 @@ from slosh_ros.bag import Recording
 from slosh_ros.engine import SloshEngine
 from slosh_ros.errors import InputError
 from slosh_ros.study.plots import COLOURS, STYLES, mark_contacts
-from slosh_ros.tank import UniformTank
 from slosh_ros.vehicle import Drive, History, TankLiquid
 from slosh_ros.vehicle.scenario import Scenario
 
@@ -179,10 +178,7 @@ def walls_of(liquid: TankLiquid) -> tuple[Array, Array]:
     tank, c = liquid.tank, liquid.coefficients
     assert tank is not None
     assert c is not None
-    if isinstance(tank, UniformTank):
-        along, across = _box(tank.length, tank.height), tank.section.outline()
-    else:
-        along = across = _box(2.0 * tank.radius, tank.height)
+    along, across = tank.outlines()
     return along - c.liquid.surface_centre[[0, 2]], across - c.liquid.surface_centre[1:]
 
 

@@ -5,6 +5,7 @@ A new shape of uniform section is one class in :mod:`slosh_ros.tank.section`; a 
 one class beside :class:`~slosh_ros.tank.uniform.UniformTank`.
 """
 
+from slosh_ros.tank.capsule import Capsule, cylinder_x, sphere
 from slosh_ros.tank.polygon import Polygon
 from slosh_ros.tank.section import (
     Circle,
@@ -19,7 +20,6 @@ from slosh_ros.tank.surface import LiquidSurface
 from slosh_ros.tank.uniform import (
     LiquidAtRest,
     UniformTank,
-    cylinder_x,
     ellipse_x,
     rectangular,
     rounded_rectangle_x,
@@ -27,9 +27,10 @@ from slosh_ros.tank.uniform import (
 )
 from slosh_ros.tank.upright import UprightCylinder, cylinder_z
 
-Tank = UniformTank | UprightCylinder
+Tank = UniformTank | UprightCylinder | Capsule
 
 __all__ = [
+    'Capsule',
     'Circle',
     'Ellipse',
     'LiquidAtRest',
@@ -49,4 +50,5 @@ __all__ = [
     'rectangular',
     'rounded_rectangle_x',
     'section_x',
+    'sphere',
 ]

@@ -212,14 +212,14 @@ class Circle(SymmetricSection):
         """Area of the whole section [m^2]."""
         return float(np.pi) * self.radius**2
 
-    def _half_angle(self, depth: float) -> float:
+    def half_angle(self, depth: float) -> float:
         """Angle at the axis from the lowest point to the contact line, in (0, pi)."""
         # The half-angle form keeps its digits for a film and for a nearly full circle.
         return 2.0 * float(np.arctan2(np.sqrt(depth), np.sqrt(2.0 * self.radius - depth)))
 
     def moments(self, depth: float) -> SectionMoments:
         """Area moments of a circular segment of height `depth`, closed form."""
-        r, angle = self.radius, self._half_angle(depth)
+        r, angle = self.radius, self.half_angle(depth)
         sin, cos = float(np.sin(angle)), float(np.cos(angle))
         area = r**2 * (angle - sin * cos)
         axis_z = -2.0 / 3.0 * r**3 * sin**3  # about the axis of the cylinder
@@ -236,7 +236,7 @@ class Circle(SymmetricSection):
 
     def wall(self, depth: float, s: Array) -> Array:
         """Points of the arc from the contact line to the lowest point."""
-        angle = self._half_angle(depth) * (1.0 - s)
+        angle = self.half_angle(depth) * (1.0 - s)
         # 2 sin^2(angle/2) rather than 1 - cos(angle): exact at the bottom of a film
         height = 2.0 * self.radius * np.sin(0.5 * angle) ** 2
         return np.stack([self.radius * np.sin(angle), height - depth])

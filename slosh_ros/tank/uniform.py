@@ -166,6 +166,10 @@ class UniformTank:
             surface_inertia=np.diag([m.width * length**3 / 12.0, length * m.surface_yy]),
         )
 
+    def outlines(self) -> tuple[Array, Array]:
+        """Return the outlines in the planes x, z and y, z of the tank frame, each (k, 2) [m]."""
+        return box_outline(self.length, self.height), self.section.outline()
+
     def nearest(self, depth: float, point: Array) -> Array:
         """
         Find the point of the liquid at rest that is nearest to a given one.
@@ -189,12 +193,17 @@ class UniformTank:
         return np.array([x, *(surface + self.section.nearest(depth, point[1:] - surface))])
 
 
+def box_outline(width: float, height: float) -> Array:
+    """Corners of an upright rectangle about the origin, shape (4, 2) [m]."""
+    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2.0, height / 2.0]
+
+
 def rectangular(length: float, width: float, height: float) -> UniformTank:
     """Box of the given inner length (x), width (y) and height (z) [m]."""
     return UniformTank('rectangular', Rectangle(width, height), length)
 
 
-def cylinder_x(radius: float, length: float) -> UniformTank:
+def uniform_cylinder_x(radius: float, length: float) -> UniformTank:
     """Horizontal circular cylinder of the given inner radius and length (x) [m], flat ends."""
     return UniformTank('cylinder_x', Circle(radius), length)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.tank.uniform import LiquidAtRest
+from slosh_ros.tank.uniform import LiquidAtRest, box_outline
 
 Array = NDArray[np.float64]
 
@@ -74,6 +74,11 @@ class UprightCylinder:
             surface_inertia=second_moment * np.eye(2),
         )
         return liquid.enclosed() if depth == self.height else liquid
+
+    def outlines(self) -> tuple[Array, Array]:
+        """Return the outlines in the planes x, z and y, z of the tank frame, each (k, 2) [m]."""
+        outline = box_outline(2.0 * self.radius, self.height)
+        return outline, outline
 
     def nearest(self, depth: float, point: Array) -> Array:
         """
