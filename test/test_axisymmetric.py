@@ -156,3 +156,22 @@ def test_modes_come_in_pairs() -> None:
     assert np.abs(c.surface_shapes).max(axis=0) == pytest.approx(np.ones(5), abs=0.03)
     first = c.surface_points[:, 0].argmin()
     assert np.all(c.surface_shapes[first, ::2] > 0.0)
+
+
+def test_a_full_sphere_is_a_point_mass() -> None:
+    """Nothing turns its liquid; the limit of a nearly full one, whose surface is a pinhole."""
+    full = coefficients_of(BALL, 2.0 * RADIUS, 850.0, 6)
+    assert full.omega.size == 0
+    mass = 850.0 * 4.0 / 3.0 * np.pi * RADIUS**3
+    assert full.mass == pytest.approx(mass)
+    expected = mass * RADIUS**2 * np.diag([1.0, 1.0, 0.0])
+    assert full.inertia_stokes_joukowski == pytest.approx(expected)
+    nearly = solved(0.9999)
+    across = nearly.mass * nearly.liquid.surface_height**2  # O is not yet at the top
+    assert nearly.inertia_stokes_joukowski[0, 0] == pytest.approx(across, rel=1e-3)
+    points = np.array([[0.4, 0.1, -1.5], [-0.3, 0.6, -0.9]])
+    assert full.potentials
+    assert nearly.potentials
+    almost = nearly.potentials.stokes_joukowski(points)
+    assert full.potentials.stokes_joukowski(points) == pytest.approx(almost, rel=0.02)
+    assert coefficients_of(BALL, 0.0, 850.0, 6).mass == 0.0

@@ -34,6 +34,7 @@ from slosh_ros.hydro.coefficients import (
     diametral_names,
     disc_points,
     peaks,
+    still_coefficients,
 )
 from slosh_ros.hydro.section_mesh import Fan, HalfMesh, Resolution, Samples, gram
 from slosh_ros.tank import LiquidAtRest, SymmetricSection
@@ -103,6 +104,31 @@ def axisymmetric_coefficients(
         surface_shapes=potentials.surface(points),
         potentials=potentials,
     )
+
+
+def full_sphere(radius: float, liquid: LiquidAtRest, density: float) -> ModalCoefficients:
+    """Coefficients, without modes, of a sphere full of liquid: it does not turn with the tank."""
+    # about O, at the top, it moves with its centre
+    across = density * liquid.volume * radius**2
+    return still_coefficients(
+        'axisymmetric', density, liquid, np.diag([across, across, 0.0]), _FullSphere(radius)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _FullSphere:
+    """The liquid moves as its centre does, at z = -R."""
+
+    radius: float
+
+    def modes(self, points: Array) -> Array:
+        """No potentials, shape (p, 0)."""
+        return np.zeros((len(points), 0))
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        """Potentials Omega_4, Omega_5, Omega_6 of rotation, shape (p, 3) [m^2]."""
+        x, y, _ = points.T
+        return np.stack([self.radius * y, -self.radius * x, np.zeros_like(x)], axis=-1)
 
 
 class _Functions:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients
+from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients, full_sphere
 from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
@@ -29,14 +29,17 @@ def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> Mod
         Number of modes.
     """
     if depth == 0.0:
-        liquid = LiquidAtRest.none(tank.height)
-        return still_coefficients('empty', density, liquid, np.zeros((3, 3)), None)
+        nothing = LiquidAtRest.none(tank.height)
+        return still_coefficients('empty', density, nothing, np.zeros((3, 3)), None)
     if isinstance(tank, UprightCylinder):
         return cylinder_z_coefficients(tank, depth, density, modes)
     if isinstance(tank, Capsule):
         if not tank.is_sphere:
             raise InputError('the route for tanks with heads is still to come')
-        return axisymmetric_coefficients(Circle(tank.radius), tank.filled(depth), density, modes)
+        liquid = tank.filled(depth)
+        if depth == tank.height:
+            return full_sphere(tank.radius, liquid, density)
+        return axisymmetric_coefficients(Circle(tank.radius), liquid, density, modes)
     if isinstance(tank.section, Rectangle):
         return rectangular_coefficients(tank, depth, density, modes)
     return section_coefficients(tank, depth, density, modes)

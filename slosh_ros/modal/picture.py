@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from slosh_ros.hydro import ModalCoefficients
-from slosh_ros.tank import Tank, UniformTank
+from slosh_ros.tank import Tank, UniformTank, UprightCylinder
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -126,9 +126,13 @@ def tank_lines(tank: Tank) -> Array:
         end = tank.length / 2.0
         section = tank.section.outline(_OUTLINE_POINTS)
         front, back = (np.insert(section, 0, x, axis=1) for x in (end, -end))
-    else:
+    elif isinstance(tank, UprightCylinder):
         turn = np.linspace(0.0, 2.0 * np.pi, 2 * _OUTLINE_POINTS, endpoint=False)
         disc = tank.radius * np.column_stack([np.cos(turn), np.sin(turn)])
         front, back = (np.insert(disc, 2, z * tank.height / 2.0, axis=1) for z in (1.0, -1.0))
+    else:
+        along, across = tank.outlines()
+        loops = [np.insert(along, 1, 0.0, axis=1), np.insert(across, 0, 0.0, axis=1)]
+        return np.concatenate([np.stack([x, np.roll(x, -1, axis=0)], axis=1) for x in loops])
     rims = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in (front, back)]
     return np.concatenate([*rims, np.stack([front, back], axis=1)])

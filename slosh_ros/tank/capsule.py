@@ -83,6 +83,12 @@ class Capsule:
         depth : float
             Greatest depth [m], between 0 and the inner height.
         """
+        if depth == 0.0:
+            return LiquidAtRest.none(self.height)
+        liquid = self._at_rest(depth)
+        return liquid.enclosed() if depth == self.height else liquid
+
+    def _at_rest(self, depth: float) -> LiquidAtRest:
         section, cap = Circle(self.radius).moments(depth), Cap.of(self.radius, depth)
         length, stretch = self.length, self._stretch
 
