@@ -49,6 +49,8 @@ class Parameter:
         Closed range of numbers.
     choices : tuple of str
         Admissible strings; empty for any.
+    live : bool
+        Whether a running node lets itself be told another value.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Parameter:
     lower: float = -math.inf
     upper: float = math.inf
     choices: tuple[str, ...] = ()
+    live: bool = False
 
     @property
     def constraints(self) -> str:

@@ -27,6 +27,17 @@ _POINT_MEANING = (
     'above the mean free surface; up to 1 mm outside is taken for rounding'
 )
 
+_OUTPUTS = {
+    'wrench': '~/wrench',
+    'wrench_total': '~/wrench_total',
+    'wrench_state': '~/wrench_state',
+    'tank_wrenches': '~/<tank>/wrench, where there are several tanks,',
+    'modes': '~/modes',
+    'centre_of_mass': '~/centre_of_mass',
+    'surface': '~/surface',
+    'pressure': '~/pressure/<point>',
+}
+
 PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         'input.source', 'string', 'imu',
@@ -109,6 +120,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         '{tank}.fill_ratio', 'double', None,
         'fraction of the volume that is filled; either this or fill_depth', '', 0.0, 1.0,
+        live=True,
     ),
     Parameter(
         '{tank}.fill_depth', 'double', None,
@@ -168,6 +180,14 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         'gate.max_speed', 'double', 150.0, 'largest speed per axis that is believed', 'm/s',
         1.0, 1e3,
+    ),
+    *(
+        Parameter(f'outputs.{name}', 'bool', True, f'whether slosh_node offers {topic}')
+        for name, topic in _OUTPUTS.items()
+    ),
+    Parameter(
+        'outputs.surface_rate', 'double', 10.0,
+        'how often ~/surface is published, by the stamps of the samples', 'Hz', 0.1, 100.0,
     ),
 )  # fmt: skip
 

@@ -41,7 +41,7 @@ def descriptor(row: Parameter) -> ParameterDescriptor:
         name=row.name,
         description=row.meaning + unit,
         additional_constraints=row.constraints,
-        read_only=True,
+        read_only=not row.live,
         dynamic_typing='|' in row.kind,
     )
     if row.kind == 'double' and math.isfinite(row.lower):

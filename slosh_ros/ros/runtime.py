@@ -5,10 +5,11 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable
+from typing import Any
 
 import rclpy
 from rclpy.exceptions import InvalidParameterException, ROSInterruptException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from slosh_ros.errors import InputError
@@ -19,11 +20,31 @@ except ImportError:  # pragma: no cover
     RCLError = UnknownROSArgsError = RuntimeError
 
 
-def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+try:  # takes half the time a message of the SingleThreadedExecutor (bench/)
+    from rclpy.experimental import EventsExecutor
+except ImportError:  # pragma: no cover
+    EventsExecutor = SingleThreadedExecutor
+
+_LOOK = 1.0  # [s] after which the loop looks whether ROS has been shut down
+
+
+def run(
+    make_node: Callable[[], Node], args: list[str] | None = None, *, events: bool = False
+) -> int:
     """
     Make a node, spin it until Ctrl-C or SIGTERM, and return the exit code of the process.
 
     A configuration that does not fit ends in one line on stderr and exit code 1.
+
+    Parameters
+    ----------
+    make_node : callable
+        Makes the node.
+    args : list of str or None
+        Of the command line; None for the process's own.
+    events : bool
+        Whether an EventsExecutor spins the node, where there is one. It writes a line on stderr
+        when a callback raises, so it is not for nodes that end themselves by that.
     """
     node: Node | None = None
     started = False
@@ -31,7 +52,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         rclpy.init(args=args)
         started = True
         node = _made(make_node)
-        rclpy.spin(node)
+        _spin(node, EventsExecutor if events else SingleThreadedExecutor)
     except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
         pass
     except (InputError, InvalidParameterException, RCLError, UnknownROSArgsError) as error:
@@ -50,6 +71,13 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _spin(node: Node, kind: Callable[[], Any]) -> None:
+    executor = kind()
+    executor.add_node(node)
+    while rclpy.ok():  # the EventsExecutor's own spin() of rclpy 7.1.6 dispatches nothing
+        executor.spin_once(timeout_sec=_LOOK)
 
 
 def _made(make_node: Callable[[], Node]) -> Node:
