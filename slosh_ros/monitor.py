@@ -75,9 +75,9 @@ class RolloverMonitor:
         if not verdict.accepted:
             return None
         sample = self._config.unbiased(sample)
-        motion = np.stack([sample.force, sample.velocity, sample.rate])
         continuous = verdict is Verdict.ACCEPTED
-        at_sensor = self._acceleration.follow(motion, interval if continuous else 0.0)
+        followed = self._acceleration.follow(sample.values, interval if continuous else 0.0)
+        at_sensor = np.reshape(followed, (2, 3))
         with np.errstate(over='ignore', invalid='ignore'):
             rollover = self.balance.judge(self._lever.carried(sample.rate, at_sensor), wrench)
         return rollover if np.isfinite(rollover).all() else None

@@ -169,8 +169,9 @@ def test_a_wave_that_no_forcing_made_has_a_bounded_amplification():
         {f'tank.{key}': value for key, value in RECTANGLE.items()} | {'tank.fill_ratio': 0.5}
     ))  # fmt: skip
     c = engine.tanks[0].coefficients
-    watch, still = TrustWatch(engine.config.tanks[0].tank, c), np.zeros(len(c.omega))
-    trust = watch.judge(0.0, still + 1e3, still, 0.01, np.zeros(3))
+    watch = TrustWatch([(engine.config.tanks[0].tank, c)])
+    still = np.zeros(len(c.omega))
+    trust = watch.judge([0.0], still + 1e3, still, 0.01, 0.0)
     assert trust.criterion is Criterion.RESONANCE
     steepness = wave_numbers(c.omega, c.liquid.depth).max() * 1e3
     assert trust.value == pytest.approx(AMPLIFICATION_MAX * steepness**2)

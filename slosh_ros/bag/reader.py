@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -12,7 +12,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
+from slosh_ros.bag.cdr import imu_reading
 from slosh_ros.constants import NANOSECONDS
+from slosh_ros.engine.convert import IMU, ImuReading
 from slosh_ros.errors import InputError
 
 
@@ -69,6 +71,7 @@ class MotionBag:
             raise InputError(
                 f'{path}: lasts {length:.2f} s; a start of {start:g} s leaves nothing of it'
             )
+        self._is_imu = kind == IMU and self._reader.is2  # in CDR
         self._whole = start == 0.0 and duration is None
         self._start = self._reader.start_time + round(start * NANOSECONDS)
         self._stop = None if duration is None else self._start + round(duration * NANOSECONDS)
@@ -110,12 +113,22 @@ class MotionBag:
         InputError
             If the bag is damaged, also where that only shows in a missing message.
         """
+        return self._read(self._reader.deserialize)
+
+    def readings(self) -> Iterator[tuple[Any, int]]:
+        """Yield as `messages` does; an Imu as no more than an :class:`ImuReading`."""
+        return self._read(self._reading if self._is_imu else self._reader.deserialize)
+
+    def _reading(self, raw: bytes, kind: str) -> Any:
+        return imu_reading(raw) or ImuReading.of(self._reader.deserialize(raw, kind))
+
+    def _read(self, take: Callable[[bytes, str], Any]) -> Iterator[tuple[Any, int]]:
         read = 0
         try:
             for connection, received, raw in self._reader.messages(
                 self._connections, start=self._start, stop=self._stop
             ):
-                yield self._reader.deserialize(raw, connection.msgtype), received
+                yield take(raw, connection.msgtype), received
                 read += 1
         except Exception as error:  # as above
             raise InputError(

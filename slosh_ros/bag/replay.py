@@ -17,6 +17,8 @@ from slosh_ros.vehicle.rollover import Rollover
 
 Array = NDArray[np.float64]
 
+_CHUNK = 256  # samples whose maxima are taken at once
+
 
 class Peaks:
     """
@@ -29,9 +31,8 @@ class Peaks:
     """
 
     def __init__(self, engine: SloshEngine) -> None:
-        self.wrench: Array = np.zeros(6)
-        self.total: Array = np.zeros(6)
-        self.pressure: Array = np.zeros(len(engine.config.pressure_points))
+        self._chunk: list[Array] = []  # of wrenches and pressures
+        self._largest: Array = np.zeros(12 + len(engine.config.pressure_points))
         self.elevation_max = 0.0
         self.beyond: dict[Criterion, tuple[int, Trust]] = {}  # how often, and the worst
         self.load_transfer_ratio = (np.inf, -np.inf)  # least and largest
@@ -41,10 +42,11 @@ class Peaks:
 
     def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
         """Take the numbers of one sample."""
-        self.wrench = np.maximum(self.wrench, np.abs(loads.wrench))
-        self.total = np.maximum(self.total, np.abs(loads.total))
-        self.pressure = np.maximum(self.pressure, np.abs(loads.pressure))
-        self.elevation_max = max(self.elevation_max, loads.elevation_max)
+        self._chunk += loads.wrench, loads.total, loads.pressure
+        if len(self._chunk) == 3 * _CHUNK:
+            self._take_chunk()
+        if loads.rises_above(self.elevation_max):
+            self.elevation_max = loads.elevation_max
         if not loads.valid:
             count, worst = self.beyond.get(loads.trust.criterion, (0, loads.trust))
             worst = max(worst, loads.trust, key=Trust.use)
@@ -57,10 +59,32 @@ class Peaks:
             self.least_margin = min(self.least_margin, float(rollover.margin))
 
     def finish(self) -> None:
-        """Nothing is left to do."""
+        """Take what is left of the last chunk."""
+        self._take_chunk()
 
     def abandon(self) -> None:
         """Nothing is left behind."""
+
+    @property
+    def wrench(self) -> Array:
+        """Largest magnitudes of the sloshing wrench, shape (6,) [N], [N m]."""
+        return self._largest[:6]
+
+    @property
+    def total(self) -> Array:
+        """Largest magnitudes of the total wrench, shape (6,) [N], [N m]."""
+        return self._largest[6:12]
+
+    @property
+    def pressure(self) -> Array:
+        """Largest magnitudes of the pressures, shape (p,) [Pa]."""
+        return self._largest[12:]
+
+    def _take_chunk(self) -> None:
+        if self._chunk:
+            rows = np.concatenate(self._chunk).reshape(-1, len(self._largest))
+            self._largest = np.maximum(self._largest, np.abs(rows).max(axis=0))
+            self._chunk = []
 
 
 class Recording:
@@ -74,18 +98,15 @@ class Recording:
     """
 
     def __init__(self, engine: SloshEngine) -> None:
-        self._engine = engine
         self._to_base = engine.config.sensor.rotation
         self.source = engine.config.source
         self.frame = engine.config.output_frame
         self._loads: list[Loads] = []
         self._rollover: list[Rollover] = []
-        self._beta: list[Array] = []
 
     def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
         """Append the numbers of the sample that the engine has just taken."""
         self._loads.append(loads)
-        self._beta.append(np.concatenate([tank.beta for tank in self._engine.tanks]))
         if rollover is not None:
             self._rollover.append(rollover)
 
@@ -129,7 +150,7 @@ class Recording:
     @property
     def beta(self) -> Array:
         """Modal coordinates of all tanks [m], shape (n, modes)."""
-        return np.array(self._beta)
+        return np.array([loads.beta for loads in self._loads])
 
     @property
     def elevation_max(self) -> Array:
@@ -183,7 +204,7 @@ def replay(
     writers = list(writers)
     written = 0
     try:
-        for message, received in bag.messages():
+        for message, received in bag.readings():
             _, loads = feed_message(engine, message, received)
             progress(received)
             if loads is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -159,16 +160,19 @@ class SloshConfig:
         """Pose in base_link of what is measured; a twist is base_link's own."""
         return self.imu if self.source == 'imu' else Pose.identity()
 
-    def unbiased(self, sample: MotionSample) -> MotionSample:
-        """Take the sensor's biases from a sample; a twist has none."""
+    @cached_property
+    def bias(self) -> tuple[float, ...] | None:
+        """What a sample's values are too large by, if there is any; a twist has none."""
         if self.source != 'imu' or not (self.force_bias.any() or self.rate_bias.any()):
+            return None
+        return (*self.force_bias.tolist(), 0.0, 0.0, 0.0, *self.rate_bias.tolist())
+
+    def unbiased(self, sample: MotionSample) -> MotionSample:
+        """Take the sensor's biases from a sample."""
+        if self.bias is None:
             return sample
-        return MotionSample(
-            sample.stamp,
-            sample.force - self.force_bias,
-            sample.velocity,
-            sample.rate - self.rate_bias,
-        )
+        pairs = zip(sample.values, self.bias, strict=True)
+        return MotionSample.of(sample.stamp, tuple(value - bias for value, bias in pairs))
 
     @classmethod
     def from_file(cls, path: Path) -> SloshConfig:

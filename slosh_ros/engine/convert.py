@@ -6,7 +6,7 @@ rclpy and rosbags give different classes with the same fields; nothing here impo
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine.engine import Loads, SloshEngine
@@ -21,6 +21,47 @@ FRAME_CHANGES = (
     'frame_id changes in mid-drive: more than one IMU on the topic? imu.xyz and imu.rpy are those '
     'of one; name its frame in input.imu_frame'
 )
+
+
+class ImuReading(NamedTuple):
+    """
+    What the engine takes of a sensor_msgs/Imu.
+
+    Attributes
+    ----------
+    stamp : int
+        Time of measurement [ns].
+    frame : str
+        The frame_id.
+    force, rate : tuple of 3 floats
+        Specific force [m/s^2] and angular rate [rad/s].
+    force_covariance, rate_covariance : float
+        First elements of their covariances; -1 marks a quantity that is not measured.
+    """
+
+    stamp: int
+    frame: str
+    force: tuple[float, float, float]
+    rate: tuple[float, float, float]
+    force_covariance: float
+    rate_covariance: float
+
+    @classmethod
+    def of(cls, message: Any) -> ImuReading:
+        """Take a message from rclpy or rosbags."""
+        return cls(
+            stamp_of(message.header),
+            message.header.frame_id,
+            _xyz(message.linear_acceleration),
+            _xyz(message.angular_velocity),
+            message.linear_acceleration_covariance[0],
+            message.angular_velocity_covariance[0],
+        )
+
+    def sample(self) -> MotionSample:
+        """Return the motion; a rate that is marked absent is zero."""
+        rate = (0.0, 0.0, 0.0) if self.rate_covariance == _ABSENT else self.rate
+        return MotionSample.from_imu(self.stamp, self.force, rate)
 
 
 def input_type(engine: SloshEngine) -> str:
@@ -45,40 +86,36 @@ def feed_message(engine: SloshEngine, message: Any, received: int) -> tuple[Verd
     engine : SloshEngine
         The engine.
     message : object
-        With the fields of the message type, from rclpy or rosbags.
+        With the fields of the message type, from rclpy or rosbags, or an :class:`ImuReading`.
     received : int
         Time of arrival [ns]; stamps a message that has no stamp of its own.
     """
     kind = input_type(engine)
     if kind == IMU:
-        return _feed_imu(engine, message)
+        reading = message if isinstance(message, ImuReading) else ImuReading.of(message)
+        return _feed_imu(engine, reading)
     twist = message if kind == TWIST else message.twist
     stamp = received if kind == TWIST else stamp_of(message.header)
     return engine.feed(MotionSample.from_twist(stamp, _xyz(twist.linear), _xyz(twist.angular)))
 
 
-def _feed_imu(engine: SloshEngine, message: Any) -> tuple[Verdict, Loads | None]:
-    wanted, frame = engine.config.imu_frame, message.header.frame_id
+def _feed_imu(engine: SloshEngine, reading: ImuReading) -> tuple[Verdict, Loads | None]:
+    wanted, frame = engine.config.imu_frame, reading.frame
     if wanted and frame != wanted:
         return engine.gate.refuse(Verdict.WRONG_FRAME), None
     if engine.gate.changes_frame(frame):
         engine.warnings[FRAME_CHANGES] += 1
-    if message.linear_acceleration_covariance[0] == _ABSENT:
+    if reading.force_covariance == _ABSENT:
         return engine.gate.refuse(Verdict.NO_DATA), None
-    if _no_gyro(message):
+    if reading.rate_covariance == _ABSENT:
         engine.warnings['gyro marked absent by its covariance: rate taken as zero'] += 1
-    return engine.feed(imu_sample(message))
+    return engine.feed(reading.sample())
 
 
 def imu_sample(message: Any) -> MotionSample:
     """Take a sensor_msgs/Imu; a rate that is marked absent by its covariance is zero."""
-    rate = [0.0, 0.0, 0.0] if _no_gyro(message) else _xyz(message.angular_velocity)
-    return MotionSample.from_imu(stamp_of(message.header), _xyz(message.linear_acceleration), rate)
+    return ImuReading.of(message).sample()
 
 
-def _no_gyro(message: Any) -> bool:
-    return bool(message.angular_velocity_covariance[0] == _ABSENT)
-
-
-def _xyz(vector: Any) -> list[float]:
-    return [vector.x, vector.y, vector.z]
+def _xyz(vector: Any) -> tuple[float, float, float]:
+    return vector.x, vector.y, vector.z

@@ -4,37 +4,35 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
-from slosh_ros.engine.config import SloshConfig, TankConfig
+from slosh_ros.engine.config import SloshConfig
 from slosh_ros.engine.gate import SampleGate, Verdict
-from slosh_ros.engine.kinematics import AccelerationFilter, Lever, Pose, centripetal
+from slosh_ros.engine.kinematics import AccelerationFilter, products
+from slosh_ros.engine.model import ACCELERATION, MOTION, TankModel, VehicleModel
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.carried import CarriedLiquid
+from slosh_ros.modal.heights import WaveHeights
 from slosh_ros.modal.integrator import ModalIntegrator
-from slosh_ros.modal.loads import LoadMatrices, wrench_transform
-from slosh_ros.modal.pressure import PressureMatrices
-from slosh_ros.modal.validity import UNMOVED, Trust, TrustWatch
+from slosh_ros.modal.validity import Trust, TrustWatch
 
 Array = NDArray[np.float64]
 
 _NOWHERE = np.zeros(0)  # no points of pressure
-_AT_REST = np.array([0.0, 0.0, GRAVITY])  # specific force of a level vehicle [m/s^2]
 GRAVITY_MEMORY = 1.0  # [s] over which the mean specific force is watched
 GRAVITY_TOLERANCE = 4.0  # [m/s^2] more than a truck brakes, less than any wrong mount or unit
 
 
-@dataclass(frozen=True, eq=False)
 class Loads:
     """
     What the liquid does to the tanks at one instant.
 
     Wrenches are force [N] and moment [N m] stacked, in the axes and about the origin of the
-    output frame.
+    output frame. What is known of the wave is worked out when it is first asked for.
 
     Attributes
     ----------
@@ -46,22 +44,35 @@ class Loads:
         Everything: weight, rigid part with the Stokes-Joukowski inertia, sloshing.
     state : array, shape (6,)
         Sloshing part without feed-through of acceleration.
-    elevation_max : float
-        Largest height or depth of the wave against the mean level [m].
-    trust : Trust
-        What takes most of the room of linear theory.
     pressure : array, shape (p,)
         Pressure at the points of `SloshConfig.pressure_points`, less the hydrostatic pressure of
         the level tank at rest [Pa].
+    beta : array, shape (n,)
+        Modal coordinates of all tanks, tank by tank [m].
     """
 
-    sample: MotionSample
-    wrench: Array
-    total: Array
-    state: Array
-    elevation_max: float
-    trust: Trust
-    pressure: Array
+    __slots__ = (
+        '_elevation', '_heights', '_rest', '_trust', '_watch',
+        'beta', 'pressure', 'sample', 'state', 'total', 'wrench',
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        sample: MotionSample,
+        wrenches: Array,
+        pressure: Array,
+        beta: Array,
+        heights: WaveHeights,
+        watch: TrustWatch,
+        rest: Trust,
+    ) -> None:
+        self.sample = sample
+        self.state, self.wrench, self.total = wrenches[:6], wrenches[6:12], wrenches[12:]
+        self.pressure = pressure
+        self.beta = beta
+        self._heights, self._watch, self._rest = heights, watch, rest
+        self._elevation: float | None = None
+        self._trust: Trust | None = None
 
     @property
     def stamp(self) -> int:
@@ -69,9 +80,38 @@ class Loads:
         return self.sample.stamp
 
     @property
+    def elevation_max(self) -> float:
+        """Largest height or depth of the wave against the mean level [m]."""
+        if self._elevation is None:
+            self._look()
+        return self._elevation  # type: ignore[return-value]
+
+    @property
+    def trust(self) -> Trust:
+        """What takes most of the room of linear theory."""
+        if self._trust is None:
+            self._look()
+        return self._trust  # type: ignore[return-value]
+
+    @property
     def valid(self) -> bool:
         """Whether the motion is mild enough for linear theory."""
+        if not self._rest.valid:
+            return False
+        if self._trust is None and self._watch.of_wave(self._heights.at_most(self.beta)).valid:
+            return True
         return self.trust.valid
+
+    def rises_above(self, height: float) -> bool:
+        """Tell whether the wave is higher or deeper than this [m]; cheap if it is far from it."""
+        if self._elevation is None and max(self._heights.at_most(self.beta)) <= height:
+            return False
+        return self.elevation_max > height
+
+    def _look(self) -> None:
+        heights = self._heights.highest(self.beta)
+        self._elevation = max(heights)
+        self._trust = max(self._watch.of_wave(heights), self._rest, key=Trust.use)
 
 
 class SloshEngine:
@@ -88,12 +128,29 @@ class SloshEngine:
         self.config = config
         self.gate = SampleGate(config.gate)
         self.warnings: Counter[str] = Counter()
-        self.tanks = tuple(
-            TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks
-        )
         self._acceleration = AccelerationFilter(config.loads_cutoff)
-        self._mean_force = np.zeros(3)  # of an IMU, in base_link
+        self._upwards = (config.imu.rotation.T @ [0.0, 0.0, GRAVITY]).tolist()
+        self._mean_force = (0.0, 0.0, 0.0)
         self._mean_over = 0.0  # [s]
+        self._use(
+            VehicleModel(
+                tuple(TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks)
+            )
+        )
+
+    def _use(self, model: VehicleModel) -> None:
+        """Take up a model, its liquid at rest."""
+        self._model = model
+        self._modes = ModalIntegrator(model.omega, model.damping_ratio)
+        self._watch = TrustWatch([(tank.config.tank, tank.coefficients) for tank in model.tanks])
+        self.tanks = model.tanks
+        self._motion: Array = np.zeros(MOTION)
+        # waves, and the acceleration of the sensor
+        self._moving: Array = np.zeros(2 * len(model.omega) + ACCELERATION)
+        self._waves = self._moving[:-ACCELERATION].view(complex)
+        self._accelerating = self._moving[-ACCELERATION:]
+        for tank, part in zip(model.tanks, model.parts, strict=True):
+            tank.share(self._modes, part, self._accelerating)
 
     @property
     def carried(self) -> CarriedLiquid:
@@ -162,185 +219,53 @@ class SloshEngine:
         verdict, interval = self.gate.judge(sample)
         if not verdict.accepted:
             return verdict, None
-        continuous = verdict is Verdict.ACCEPTED
-        given, sample = sample, self.config.unbiased(sample)
+        motion = self.config.unbiased(sample).values
         if self.config.source == 'imu':
-            self._watch_gravity(sample.force, interval)
-        motion = np.stack([sample.force, sample.velocity, sample.rate])
-        acceleration = self._acceleration.follow(motion, interval if continuous else 0.0)
-        wrench, total, state = np.zeros(6), np.zeros(6), np.zeros(6)
-        elevation_max, trust = 0.0, UNMOVED
-        pressures = []
-        for tank in self.tanks:
-            tank.take(motion, interval, verdict)
-            at_surface = tank.at_surface(sample.rate, acceleration)
-            parts = tank.loads(at_surface)
-            wrench, total, state = wrench + parts[0], total + parts[1], state + parts[2]
-            pressures.append(tank.pressure(at_surface))
-            elevation = tank.elevation_max()
-            elevation_max = max(elevation_max, elevation)
-            trust = max(trust, tank.trust(elevation, interval, sample.rate), key=Trust.use)
-        pressure = pressures[0] if len(pressures) == 1 else np.concatenate(pressures)
-        return verdict, Loads(given, wrench, total, state, elevation_max, trust, pressure)
+            self._watch_gravity(motion, interval)
+        turning = products(*motion[6:])
+        self._motion[:] = motion + turning
+        followed = self._acceleration.follow(
+            motion, interval if verdict is Verdict.ACCEPTED else 0.0
+        )
+        self._accelerating[:] = followed + turning
 
-    def _watch_gravity(self, force: Array, interval: float) -> None:
+        model, modes, watch = self._model, self._modes, self._watch
+        drive = np.dot(model.drive, self._motion)
+        n = len(model.omega)
+        force, carried = drive[:n], drive[n : 2 * n]
+        if verdict.from_rest:
+            modes.start(force, carried)
+            watch.start()
+        elif verdict is Verdict.COASTED:
+            modes.coast(interval, force, carried)
+        else:
+            modes.advance(interval, force, carried, drive[2 * n :].view(complex))
+        waves = self._waves
+        waves[:] = modes.wave
+        wrenches = np.dot(model.output, self._moving)
+        pressure = _NOWHERE
+        if len(model.pressure):
+            pressure = np.dot(model.pressure, self._moving) - model.pressure_at_rest
+        envelope = np.abs(waves) / modes.damped
+        rest = watch.follow(envelope, force, interval, turning[0] + turning[1] + turning[2])
+        beta = waves.imag / modes.damped
+        return verdict, Loads(sample, wrenches, pressure, beta, model.heights, watch, rest)
+
+    def _watch_gravity(self, motion: Sequence[float], interval: float) -> None:
         """Count a warning while the mean specific force is not gravity, upwards."""
-        force = self.config.imu.rotation @ force
+        x, y, z = motion[:3]
         if interval == 0.0:
-            self._mean_force, self._mean_over = force, 0.0
+            self._mean_force, self._mean_over = (x, y, z), 0.0
             return
         keep = math.exp(-interval / GRAVITY_MEMORY)
-        self._mean_force = force + keep * (self._mean_force - force)
+        mx, my, mz = self._mean_force
+        mx, my, mz = x + keep * (mx - x), y + keep * (my - y), z + keep * (mz - z)
+        self._mean_force = mx, my, mz
         self._mean_over += interval
-        error = self._mean_force - _AT_REST
-        if self._mean_over > GRAVITY_MEMORY and error @ error > GRAVITY_TOLERANCE**2:
+        ux, uy, uz = self._upwards
+        error = (mx - ux) ** 2 + (my - uy) ** 2 + (mz - uz) ** 2
+        if self._mean_over > GRAVITY_MEMORY and error > GRAVITY_TOLERANCE**2:
             self.warnings[
                 'mean specific force far from (0, 0, +9.81) m/s^2 in base_link: the IMU must '
                 'include gravity (REP-145), in m/s^2; check imu.rpy'
             ] += 1
-
-
-class TankModel:
-    """
-    The liquid of one tank, driven by the sensor.
-
-    Parameters
-    ----------
-    config : TankConfig
-        The tank.
-    sensor : Pose
-        Of the sensor in base_link.
-    output_frame : str
-        `base_link` or `tank_link`.
-    """
-
-    def __init__(self, config: TankConfig, sensor: Pose, output_frame: str) -> None:
-        self.config = config
-        c = self.coefficients = config.coefficients()
-        at_surface = config.pose.offset(c.liquid.surface_centre)
-        self._lever = Lever(sensor.seen_from(at_surface))  # of the sensor about O, in tank axes
-
-        # lambda^P_k = lambda_k - (r_P x lambda_T)_k: coupling about the sensor's point, THEORY 2.1
-        force = c.coupling[:, :3]
-        about_sensor = c.coupling[:, 3:] - np.cross(self._lever.arm, force)
-        self._force_gain = force / c.mu[:, None]
-        self._carried_gain = np.hstack([force, about_sensor]) / c.mu[:, None]
-
-        output = config.pose if output_frame == 'tank_link' else Pose.identity()
-        out = at_surface.seen_from(output)
-        transform = wrench_transform(out.rotation, out.origin)
-        self.damping_ratio = config.damping_ratio(c)
-        self._loads = LoadMatrices.of(c, self.damping_ratio).moved(transform)
-        self.carried = CarriedLiquid.of(c).moved(transform)
-        self.surface_centre = out.origin
-        self._rest_moment = c.mass * (out.origin + out.rotation @ c.liquid.centroid)
-        self._moment = out.rotation @ force.T
-        self.rigid = self._loads.rigid @ transform.T
-        tilted = -self._force_gain / c.omega[:, None] ** 2  # beta per specific force, at rest
-        self.settled = (
-            self._loads.stiffness @ tilted + self._loads.coupling[:, :3]
-        ) @ out.rotation.T
-        self._modes = ModalIntegrator(c.omega, self.damping_ratio)
-        self._watch = TrustWatch(config.tank, c)
-        self._driving: Array = np.zeros(len(c.omega))
-        self._at_surface: Array = np.zeros(6)
-        self._pressure: PressureMatrices | None = None
-        if config.pressure_points:
-            points = config.points_of_pressure(c.liquid)
-            self._pressure = PressureMatrices.of(c, self.damping_ratio, points)
-
-    @property
-    def beta(self) -> Array:
-        """Modal coordinates [m], shape (n,)."""
-        return self._modes.beta
-
-    @property
-    def beta_rate(self) -> Array:
-        """Modal velocities [m/s], shape (n,)."""
-        return self._modes.beta_rate
-
-    def take(self, motion: Array, interval: float, verdict: Verdict) -> None:
-        """
-        Move the liquid to the instant of a sample.
-
-        Parameters
-        ----------
-        motion : array, shape (3, 3)
-            Force, velocity and rate of the sample, a row each, in sensor axes.
-        interval : float
-            Time since the last sample [s].
-        verdict : Verdict
-            How the sample was accepted.
-        """
-        force, velocity, rate = motion @ self._lever.rotation.T
-        driving = self._force_gain @ (force - centripetal(rate, self._lever.arm))
-        carried = self._carried_gain @ np.concatenate([velocity, rate])
-        self._driving = driving
-        if verdict.from_rest:
-            self._modes.start(driving, carried)
-            self._watch.start()
-        elif verdict is Verdict.COASTED:
-            self._modes.coast(interval, driving, carried)
-        else:
-            self._modes.advance(interval, driving, carried)
-
-    def at_surface(self, rate: Array, acceleration: Array) -> Array:
-        """
-        Specific force and angular acceleration of O in tank axes, shape (6,).
-
-        Parameters
-        ----------
-        rate : array, shape (3,)
-            Angular rate, in sensor axes.
-        acceleration : array, shape (2, 3)
-            Specific force of the sensor's point and angular acceleration, in sensor axes.
-        """
-        self._at_surface = self._lever.carried(rate, acceleration)
-        return self._at_surface
-
-    @property
-    def wrench(self) -> Array:
-        """Sloshing wrench of this tank at the sample last taken, in the output frame, (6,)."""
-        return self.loads(self._at_surface)[0]
-
-    @property
-    def mass_moment(self) -> Array:
-        """
-        Mass times mass centre at the sample last taken, in the output frame, (3,) [kg m].
-
-        The wave carries rho times the integral of (x, y) f_j dS, eqs (11) and (12), per beta_j:
-        m c + sum of lambda_T beta. Its second derivative is the sloshing force, reversed.
-        """
-        return np.asarray(self._rest_moment + self._moment @ self.beta)
-
-    def loads(self, at_surface: Array) -> tuple[Array, Array, Array]:
-        """Wrenches at the sample last taken: sloshing, total, sloshing without feed-through."""
-        state = self._loads.state(self.beta, self.beta_rate)
-        wrench = state + self._loads.coupling @ at_surface
-        return wrench, wrench + self._loads.rigid @ at_surface, state
-
-    def pressure(self, at_surface: Array) -> Array:
-        """Pressure at the tank's points at the sample last taken, shape (p,) [Pa]."""
-        if self._pressure is None:
-            return _NOWHERE
-        return self._pressure.at(self.beta, self.beta_rate, at_surface)
-
-    def trust(self, elevation: float, interval: float, rate: Array) -> Trust:
-        """
-        Judge linear theory at the sample last taken.
-
-        Parameters
-        ----------
-        elevation : float
-            Of `elevation_max` [m].
-        interval : float
-            Time since the sample before [s].
-        rate : array, shape (3,)
-            Angular rate [rad/s].
-        """
-        return self._watch.judge(elevation, self._modes.envelope, self._driving, interval, rate)
-
-    def elevation_max(self) -> float:
-        """Largest height or depth of the wave over the mean free surface [m]."""
-        heights = np.abs(self.coefficients.surface_shapes @ self.beta)
-        return float(heights.max(initial=0.0))

@@ -27,15 +27,11 @@ class Verdict(Enum):
     WRONG_FRAME = 'rejected: frame_id is not input.imu_frame'
     NO_DATA = 'rejected: accelerometer marked absent by its covariance'
 
-    @property
-    def accepted(self) -> bool:
+    def __init__(self, said: str) -> None:
+        self.accepted = not said.startswith('rejected')
         """Whether the sample was used."""
-        return not str(self.value).startswith('rejected')
-
-    @property
-    def from_rest(self) -> bool:
+        self.from_rest = 'from rest' in said
         """Whether the liquid was put to rest with this sample."""
-        return self in (Verdict.STARTED, Verdict.RESTARTED_GAP, Verdict.RESTARTED_BACKWARD)
 
 
 @dataclass(frozen=True)
@@ -118,15 +114,19 @@ class SampleGate:
         policy = self._policy
         if sample.stamp <= 0:
             return Verdict.ZERO_STAMP
-        for values, limit in (
-            (sample.force.tolist(), policy.max_specific_force),
-            (sample.rate.tolist(), policy.max_angular_rate),
-            (sample.velocity.tolist(), policy.max_speed),
-        ):
-            if not all(map(math.isfinite, values)):
-                return Verdict.NON_FINITE
-            if max(map(abs, values)) > limit:
-                return Verdict.OUT_OF_RANGE
+        fx, fy, fz, vx, vy, vz, wx, wy, wz = values = sample.values
+        # a sum is finite only if all are; one of large numbers need not be
+        if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
+            return Verdict.NON_FINITE
+        most = policy.max_specific_force
+        if not (-most <= fx <= most and -most <= fy <= most and -most <= fz <= most):
+            return Verdict.OUT_OF_RANGE
+        most = policy.max_angular_rate
+        if not (-most <= wx <= most and -most <= wy <= most and -most <= wz <= most):
+            return Verdict.OUT_OF_RANGE
+        most = policy.max_speed
+        if not (-most <= vx <= most and -most <= vy <= most and -most <= vz <= most):
+            return Verdict.OUT_OF_RANGE
         if last is None:
             return Verdict.STARTED
         if sample.stamp == last:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,12 +83,14 @@ class Lever:
         Takes vectors from sensor axes to the axes of the frame.
     arm : array, shape (3,)
         Position of the sensor in the frame [m].
+    cross : array, shape (3, 3)
+        The matrix [arm x].
     """
 
     def __init__(self, sensor: Pose) -> None:
         self.rotation = sensor.rotation
         self.arm = sensor.origin
-        self._cross = cross_matrix(sensor.origin)
+        self.cross = cross_matrix(sensor.origin)
 
     def carried(self, rate: Array, acceleration: Array) -> Array:
         """
@@ -109,12 +112,36 @@ class Lever:
         at_sensor, alpha = acceleration @ self.rotation.T
         turning = centripetal(self.rotation @ rate, self.arm)
         # the origin lies at -arm from the sensor's point
-        return np.concatenate([at_sensor + self._cross @ alpha - turning, alpha])
+        return np.concatenate([at_sensor + self.cross @ alpha - turning, alpha])
 
 
 def centripetal(rate: Array, arm: Array) -> Array:
     """Centripetal acceleration omega x (omega x r); np.cross would cost ten times more."""
     return (rate @ arm) * rate - (rate @ rate) * arm
+
+
+def centripetal_matrix(arm: Array) -> Array:
+    """
+    Matrix of omega x (omega x r) on the squares and products of the rate.
+
+    Returns
+    -------
+    array, shape (3, 6)
+        Per xx, yy, zz, xy, xz, yz of omega; the products of :func:`products`.
+    """
+    x, y, z = arm
+    return np.array(
+        [
+            [0.0, -x, -x, y, z, 0.0],
+            [-y, 0.0, -y, x, 0.0, z],
+            [-z, -z, 0.0, 0.0, x, y],
+        ]
+    )
+
+
+def products(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
+    """Squares and products xx, yy, zz, xy, xz, yz."""
+    return x * x, y * y, z * z, x * y, x * z, y * z
 
 
 class AccelerationFilter:
@@ -127,25 +154,35 @@ class AccelerationFilter:
 
     def __init__(self, cutoff: float) -> None:
         self._corner = 2.0 * math.pi * cutoff
-        self._last = np.zeros((2, 3))
-        self._followed = np.zeros((2, 3))
+        self._last: tuple[float, ...] = (0.0,) * 6
+        self._followed: tuple[float, ...] = self._last
 
-    def follow(self, motion: Array, interval: float) -> Array:
+    def follow(self, motion: Sequence[float], interval: float) -> tuple[float, ...]:
         """
-        Take force, velocity and rate (a row each) after an interval [s]; 0 starts anew.
+        Take force, velocity and rate (3 numbers each) after an interval [s]; 0 starts anew.
 
         Returns
         -------
-        array, shape (2, 3)
+        tuple of 6 floats
             Specific force [m/s^2] and angular acceleration [rad/s^2].
         """
-        force, carried = motion[0], motion[1:]
+        fx, fy, fz, vx, vy, vz, wx, wy, wz = motion
+        followed: tuple[float, ...]
         if interval == 0.0:
-            self._followed = np.stack([force, np.zeros(3)])
+            followed = (fx, fy, fz, 0.0, 0.0, 0.0)
         else:
-            now = (carried - self._last) / interval
-            now[0] += force
-            keep = math.exp(-self._corner * interval) if self._corner else 0.0
-            self._followed = now + keep * (self._followed - now)
-        self._last = carried
-        return self._followed
+            ux, uy, uz, ox, oy, oz = self._last
+            followed = (
+                fx + (vx - ux) / interval,
+                fy + (vy - uy) / interval,
+                fz + (vz - uz) / interval,
+                (wx - ox) / interval,
+                (wy - oy) / interval,
+                (wz - oz) / interval,
+            )
+            if self._corner:
+                keep = math.exp(-self._corner * interval)
+                pairs = zip(followed, self._followed, strict=True)
+                followed = tuple(now + keep * (before - now) for now, before in pairs)
+        self._last, self._followed = (vx, vy, vz, wx, wy, wz), followed
+        return followed

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from slosh_ros.constants import GRAVITY
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
 class MotionSample:
     """
     Motion of one point of the vehicle at one instant, in axes fixed to the vehicle.
@@ -21,26 +20,56 @@ class MotionSample:
     accelerometer gives all of it as `force`; where velocity is measured, it is never
     differentiated on its way to the liquid's state.
 
-    Attributes
+    Parameters
     ----------
     stamp : int
         Time of measurement [ns].
-    force : array, shape (3,)
+    force : array_like, shape (3,)
         Specific force, at rest +g upwards [m/s^2].
-    velocity : array, shape (3,)
+    velocity : array_like, shape (3,)
         Velocity of the point [m/s].
-    rate : array, shape (3,)
+    rate : array_like, shape (3,)
         Angular rate [rad/s].
+
+    Attributes
+    ----------
+    values : tuple of 9 floats
+        Force, velocity and rate; plain numbers, of which arrays of three would cost ten times
+        more.
     """
 
-    stamp: int
-    force: Array
-    velocity: Array
-    rate: Array
+    __slots__ = ('stamp', 'values')
+
+    def __init__(self, stamp: int, force: ArrayLike, velocity: ArrayLike, rate: ArrayLike) -> None:
+        self.stamp = stamp
+        parts = (np.asarray(part, dtype=float).tolist() for part in (force, velocity, rate))
+        self.values: tuple[float, ...] = tuple(value for part in parts for value in part)
+
+    @property
+    def force(self) -> Array:
+        """Specific force, shape (3,) [m/s^2]."""
+        return np.array(self.values[:3])
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity of the point, shape (3,) [m/s]."""
+        return np.array(self.values[3:6])
+
+    @property
+    def rate(self) -> Array:
+        """Angular rate, shape (3,) [rad/s]."""
+        return np.array(self.values[6:])
+
+    @classmethod
+    def of(cls, stamp: int, values: tuple[float, ...]) -> MotionSample:
+        """Take stamp [ns] and values as they are."""
+        sample = cls.__new__(cls)
+        sample.stamp, sample.values = stamp, values
+        return sample
 
     @classmethod
     def from_imu(
-        cls, stamp: int, linear_acceleration: list[float], angular_velocity: list[float]
+        cls, stamp: int, linear_acceleration: Sequence[float], angular_velocity: Sequence[float]
     ) -> MotionSample:
         """
         Take the fields of a sensor_msgs/Imu (REP-145: gravity included), in sensor axes.
@@ -49,15 +78,17 @@ class MotionSample:
         ----------
         stamp : int
             Time of measurement [ns].
-        linear_acceleration : list of 3 floats
+        linear_acceleration : sequence of 3 floats
             Specific force [m/s^2].
-        angular_velocity : list of 3 floats
+        angular_velocity : sequence of 3 floats
             Angular rate [rad/s].
         """
-        return cls(stamp, np.array(linear_acceleration), np.zeros(3), np.array(angular_velocity))
+        return cls.of(stamp, (*linear_acceleration, 0.0, 0.0, 0.0, *angular_velocity))
 
     @classmethod
-    def from_twist(cls, stamp: int, linear: list[float], angular: list[float]) -> MotionSample:
+    def from_twist(
+        cls, stamp: int, linear: Sequence[float], angular: Sequence[float]
+    ) -> MotionSample:
         """
         Take the fields of a geometry_msgs/Twist of base_link, moving on a level road.
 
@@ -68,16 +99,13 @@ class MotionSample:
         ----------
         stamp : int
             Time of measurement [ns].
-        linear : list of 3 floats
+        linear : sequence of 3 floats
             Velocity in base_link [m/s].
-        angular : list of 3 floats
+        angular : sequence of 3 floats
             Angular rate in base_link [rad/s].
         """
         surge, sway, _ = linear
         _, _, yaw = angular
-        return cls(
-            stamp,
-            np.array([-yaw * sway, yaw * surge, GRAVITY]),  # omega x v, and gravity
-            np.array([surge, sway, 0.0]),
-            np.array([0.0, 0.0, yaw]),
-        )
+        # omega x v, and gravity
+        force = (-yaw * sway, yaw * surge, GRAVITY)
+        return cls.of(stamp, (*force, surge, sway, 0.0, 0.0, 0.0, yaw))

@@ -28,9 +28,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_SERIES_RADIUS = 0.25  # below it phi_2 by its series; above it the recurrence loses < 2 digits
-_SERIES_ORDER = 12  # 0.25^12 / 12! is below rounding
-_PHI_2_SERIES = [1.0 / math.factorial(k + 2) for k in range(_SERIES_ORDER)]
+# Intervals of a recording jitter, so that their exp and phi-functions must be cheap: up to this
+# |s dt| they are one matrix product with the powers of dt, beyond it they are found directly.
+_SERIES_RADIUS = 2.0
+_SERIES_ORDER = 26  # 2^26 / 26! is far below rounding
+_ORDERS = np.arange(float(_SERIES_ORDER))
+_STANDARD = 1.0
+_SMALL = 0.25  # below it phi_2 by its series; above it the recurrence loses < 2 digits
+_SMALL_ORDER = 12  # 0.25^12 / 12! is below rounding
+_PHI_2_SERIES = [1.0 / math.factorial(k + 2) for k in range(_SMALL_ORDER)]
 
 
 class ModalIntegrator:
@@ -46,17 +52,22 @@ class ModalIntegrator:
     """
 
     def __init__(self, omega: Array, damping_ratio: Array) -> None:
+        n = len(omega)
         self._pole_at_rest: ComplexArray = omega * (
             -damping_ratio + 1j * np.sqrt(1.0 - damping_ratio**2)
         )
-        self._gravity = 1.0
-        self._pole, self._interval = self._pole_at_rest, 0.0
-        self._tune(self._pole_at_rest)
-        self._amplitude: ComplexArray = np.zeros(len(omega), dtype=complex)
-        self._force: Array = np.zeros(len(omega))
-        self._carried: Array = np.zeros(len(omega))
-        self._drive: ComplexArray = np.zeros(len(omega), dtype=complex)
-        self._gains = (self._drive, self._drive, self._drive)
+        self._fastest = self._fastest_at_rest = float(omega.max(initial=0.0))
+        # what beta adds to the amplitude, -conj(s) beta, per its imaginary part
+        self._turn = np.asarray(1j - self._pole_at_rest.real / self._pole_at_rest.imag)
+        self._series = _series(self._pole_at_rest)
+        self._root: float | Array = _STANDARD  # of the gravity over the standard one
+        self._pole, self._damped = self._pole_at_rest, self._pole_at_rest.imag
+        self._interval = 0.0  # of the gains
+        self._amplitude: ComplexArray = np.zeros(n, dtype=complex)
+        self._force: Array = np.zeros(n)
+        self._carried: Array = np.zeros(n)
+        self._drive: ComplexArray | None = None
+        self._gains: tuple[ComplexArray, ...] = ()
 
     @property
     def beta(self) -> Array:
@@ -67,37 +78,67 @@ class ModalIntegrator:
     def beta_rate(self) -> Array:
         """Modal velocities beta' [m/s], shape (n,)."""
         # p - 2 zeta omega beta - carried, with p = Re(amplitude) + zeta omega beta
-        return self._amplitude.real - self._decay * self.beta - self._carried
+        return self._amplitude.real + self._pole.real * self.beta - self._carried
+
+    @property
+    def wave(self) -> ComplexArray:
+        """
+        The state without what the tank carries along, shape (n,) [m/s].
+
+        `beta' + zeta omega beta + i omega_d beta`: of constant modulus, but for the damping, while
+        nothing acts.
+        """
+        return self._amplitude - self._carried
+
+    @property
+    def damped(self) -> Array:
+        """Frequencies of the damped modes omega_d [rad/s], shape (n,)."""
+        return self._damped
 
     @property
     def envelope(self) -> Array:
         """Amplitudes that the modes would keep without damping and input [m], shape (n,)."""
-        return np.asarray(np.abs(self._amplitude - self._carried) / self._damped)
+        return np.asarray(np.abs(self.wave) / self._damped)
 
-    def under(self, gravity: float) -> None:
+    def drive_of(self, force: ComplexArray | Array, carried: ComplexArray | Array) -> ComplexArray:
+        """Return what drives the amplitude, `force + s carried`, per whatever the columns are."""
+        pole = self._pole.reshape(-1, *(1,) * (force.ndim - 1))
+        return np.asarray(force + pole * carried)
+
+    def under(self, gravity: float | Array) -> None:
         """
         Let another gravity act from here on: all frequencies change with its root.
 
         Parameters
         ----------
-        gravity : float
+        gravity : float or array, shape (n,)
             Effective gravity over the standard one, positive. Surface and velocity stay.
         """
-        if gravity == self._gravity:
+        root = np.sqrt(gravity) if isinstance(gravity, np.ndarray) else math.sqrt(gravity)
+        if isinstance(root, float) and root == self._root:
             return
-        beta, beta_rate = self.beta, self.beta_rate
-        self._gravity = gravity
-        self._tune(self._pole_at_rest * math.sqrt(gravity))
-        turn = np.conj(-self._pole)  # zeta omega + i omega_d
-        self._amplitude = (turn * beta + (beta_rate + self._carried)).astype(complex)
-        self._take(self._force, self._carried)
+        stretch = root / self._root - 1.0
+        self._amplitude = self._amplitude + (stretch * self._amplitude.imag) * self._turn
+        self._root = root
+        self._fastest = self._fastest_at_rest * float(np.max(root))
+        self._pole = root * self._pole_at_rest
+        self._damped = self._pole.imag
+        self._interval = 0.0
+        self._drive = None
+
+    def put(self, beta: Array, beta_rate: Array, force: Array, carried: Array) -> None:
+        """Put the liquid into a given motion [m], [m/s] under the given input."""
+        self._amplitude = np.asarray((beta_rate + carried) - np.conj(self._pole) * beta)
+        self._take(force, carried)
 
     def start(self, force: Array, carried: Array) -> None:
         """Put the liquid to rest relative to the tank, under the given input."""
         self._amplitude = carried.astype(complex)
         self._take(force, carried)
 
-    def advance(self, interval: float, force: Array, carried: Array) -> None:
+    def advance(
+        self, interval: float, force: Array, carried: Array, drive: ComplexArray | None = None
+    ) -> None:
         """
         Advance over an interval along which the input runs linearly from the last one to this.
 
@@ -109,39 +150,71 @@ class ModalIntegrator:
             Modal forcing per modal mass at the end of the interval [m/s^2].
         carried : array, shape (n,)
             Modal velocity carried by the tank's own motion at the end of the interval [m/s].
+        drive : array, shape (n,), optional
+            Of `drive_of` for both, if it is at hand.
         """
         if interval != self._interval:  # samples of a simulator come at equal intervals
-            x = self._pole * interval
-            phi_1, phi_2 = _phi_functions(x)
-            self._gains = 1.0 + x * phi_1, interval * (phi_1 - phi_2), interval * phi_2
+            self._gains = self._gains_over(interval)
             self._interval = interval
-        before = self._drive
-        self._take(force, carried)
         free, first, last = self._gains
-        self._amplitude = free * self._amplitude + first * before + last * self._drive
+        before = self._drive
+        if before is None:
+            before = self.drive_of(self._force, self._carried)
+        if drive is None:
+            drive = self.drive_of(force, carried)
+        self._take(force, carried, drive)
+        amplitude = free * self._amplitude
+        amplitude -= first * before
+        amplitude -= last * drive
+        self._amplitude = amplitude
 
     def coast(self, interval: float, force: Array, carried: Array) -> None:
         """Let the liquid move freely over an interval without input, then take up this one."""
-        free = (self._amplitude - self._carried) * np.exp(self._pole * interval)
-        self._amplitude = free + carried
+        self._amplitude = self.wave * np.exp(self._pole * interval) + carried
         self._take(force, carried)
 
-    def _tune(self, pole: ComplexArray) -> None:
-        self._pole, self._decay, self._damped = pole, -pole.real, pole.imag
-        self._interval = 0.0  # of the gains, which are to be found anew
+    def _take(self, force: Array, carried: Array, drive: ComplexArray | None = None) -> None:
+        self._force, self._carried, self._drive = force, carried, drive
 
-    def _take(self, force: Array, carried: Array) -> None:
-        self._force, self._carried = force, carried
-        self._drive = -(force + self._pole * carried)
+    def _gains_over(self, interval: float) -> tuple[ComplexArray, ...]:
+        """Gains of the amplitude, of the drive before and of the drive now, (n,) each."""
+        if self._fastest * interval > _SERIES_RADIUS:
+            x = self._pole * interval
+            phi_1, phi_2 = _phi_functions(x)
+            return 1.0 + x * phi_1, interval * (phi_1 - phi_2), interval * phi_2
+        time = interval * self._root  # gravity only changes the pace
+        if isinstance(time, float):
+            sums = np.dot(self._series, time**_ORDERS).view(complex)
+            free, first, last = sums.reshape(3, -1)
+        else:
+            modes = self._series.reshape(3, len(time), 2, _SERIES_ORDER)
+            powers = time[:, np.newaxis] ** _ORDERS
+            free, first, last = np.einsum('gnck,nk->gnc', modes, powers).view(complex)[..., 0]
+        if self._root is _STANDARD:
+            return free, first, last
+        return free, first / self._root, last / self._root
+
+
+def _series(pole: ComplexArray) -> Array:
+    """
+    Coefficients of e^x, t (phi_1 - phi_2) and t phi_2 at x = s t per power of t, (3 n 2, order).
+
+    Real and imaginary part are rows of their own: the sums are real.
+    """
+    k = np.arange(_SERIES_ORDER - 1)
+    factorial = np.array([float(math.factorial(i)) for i in range(_SERIES_ORDER + 1)])
+    rows = np.zeros((3, len(pole), _SERIES_ORDER), dtype=complex)
+    powers = pole[:, np.newaxis] ** np.arange(_SERIES_ORDER)
+    rows[0] = powers / factorial[:-1]
+    rows[1, :, 1:] = powers[:, :-1] * (k + 1) / factorial[2:]
+    rows[2, :, 1:] = powers[:, :-1] / factorial[2:]
+    parts = np.stack([rows.real, rows.imag], axis=2)
+    return np.ascontiguousarray(parts.reshape(-1, _SERIES_ORDER))
 
 
 def _phi_functions(x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """phi_1 = (e^x - 1)/x and phi_2 = (e^x - 1 - x)/x^2."""
-    size = np.abs(x)
-    if size.max(initial=0.0) < _SERIES_RADIUS:
-        phi_2 = _phi_2_series(x)
-        return 1.0 + x * phi_2, phi_2
-    small = size < _SERIES_RADIUS
+    small = np.abs(x) < _SMALL
     safe = np.where(small, 1.0, x)
     direct = np.expm1(safe) / safe
     phi_2 = np.where(small, _phi_2_series(np.where(small, x, 0.0)), (direct - 1.0) / safe)

@@ -7,6 +7,7 @@ Each criterion is a number over its limit. Beyond one of them the loads go on, m
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple
 
@@ -42,6 +43,7 @@ RESONANCE_MEMORY = 5.0  # [periods] of the slowest mode: how long a forcing is r
 AMPLIFICATION_MAX = 30.0  # an ideal liquid rings on for ever: no more than this is held against it
 # Centripetal acceleration at the tank's end over g: theory has it only at O (THEORY 2.1).
 SPIN_LIMIT = 0.1
+_TINY = float(np.finfo(float).tiny)
 
 
 class Criterion(Enum):
@@ -87,81 +89,118 @@ class Trust(NamedTuple):
 
 class TrustWatch:
     """
-    Follows the motion of one tank.
+    Follows the motion in the tanks of a vehicle.
 
     Parameters
     ----------
-    tank : Tank
-        The tank.
-    coefficients : ModalCoefficients
-        Of the liquid in it.
+    liquids : sequence of (Tank, ModalCoefficients)
+        Tanks and the liquid in each.
     """
 
-    def __init__(self, tank: Tank, coefficients: ModalCoefficients) -> None:
-        liquid, points = coefficients.liquid, coefficients.surface_points
-        length = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-        shallow = liquid.depth / length if length else math.inf
-        omega = coefficients.omega
-        self._square = omega**2
-        slowest = float(omega.min()) if len(omega) else 0.0
-        self._forget = slowest / (2.0 * math.pi * RESONANCE_MEMORY)
-        self._static: Array = np.zeros(len(omega))
-        self._wave_number = wave_numbers(omega, liquid.depth)
-        self._reach = length / 2.0 / GRAVITY
-        self._wave = Criterion.WAVE, 0.0, WAVE_LIMIT
-        self._shallow = Trust(Criterion.SHALLOW, 0.0, 1.0)
-        if not len(omega):
-            return  # empty or full: nothing sloshes
-        room = min(liquid.depth, liquid.freeboard)
-        limit = WAVE_LIMIT if shallow > SHALLOW else WAVE_LIMIT_SHALLOW
-        walls = surface_room(tank, liquid.depth)
-        # both are wave heights: the smaller one decides
-        if walls < limit * room:
-            self._wave = Criterion.WALL, 1.0 / walls, 1.0
-        else:
-            self._wave = Criterion.WAVE, 1.0 / room, limit
-        self._shallow = Trust(Criterion.SHALLOW, SHALLOW_LIMIT / shallow, 1.0)
+    def __init__(self, liquids: Sequence[tuple[Tank, ModalCoefficients]]) -> None:
+        lengths, self._waves, shallowest = [0.0], [], 0.0
+        for tank, c in liquids:
+            length = float(np.ptp(c.surface_points, axis=0).max()) if len(c.omega) else 0.0
+            lengths.append(length)
+            self._waves.append(_wave_criterion(tank, c, length))
+            if length:
+                shallowest = max(shallowest, SHALLOW_LIMIT * length / c.liquid.depth)
+        self._shallow = Trust(Criterion.SHALLOW, shallowest, 1.0)
+        self._reach = max(lengths) / 2.0 / GRAVITY
+        # modes of all tanks
+        self._over_square = np.concatenate([1.0 / c.omega**2 for _, c in liquids])
+        self._wave_number = np.concatenate(
+            [wave_numbers(c.omega, c.liquid.depth) for _, c in liquids]
+        )
+        slowest = [np.full(len(c.omega), c.omega.min(initial=np.inf)) for _, c in liquids]
+        self._forget = np.concatenate(slowest) / (-2.0 * math.pi * RESONANCE_MEMORY)
+        self._static: Array = np.zeros(len(self._over_square))
+        self._interval, self._keep = 0.0, np.ones_like(self._static)
 
     def start(self) -> None:
         """Forget what has driven the liquid."""
         self._static[:] = 0.0
 
     def judge(
-        self, elevation: float, envelope: Array, driving: Array, interval: float, rate: Array
+        self,
+        heights: Sequence[float],
+        envelope: Array,
+        driving: Array,
+        interval: float,
+        rate_square: float,
     ) -> Trust:
         """
         Look at one instant.
 
         Parameters
         ----------
-        elevation : float
-            Greatest wave height [m].
+        heights : sequence of floats
+            Greatest wave height in each tank [m].
         envelope : array, shape (n,)
-            Amplitudes of the modes, motion and rate together [m].
+            Amplitudes of the modes of all tanks, motion and rate together [m].
         driving : array, shape (n,)
             Modal forcing per modal mass [m/s^2].
         interval : float
             Time since the last look [s].
-        rate : array, shape (3,)
-            Angular rate [rad/s].
+        rate_square : float
+            Square of the angular rate [rad^2/s^2].
         """
-        static = np.abs(driving) / self._square
-        self._static = np.maximum(static, self._static * math.exp(-interval * self._forget))
-        steep = self._wave_number * envelope
-        slope = float(steep.max(initial=0.0))
-        floor = np.maximum(self._static, np.finfo(float).tiny)
-        amplified = np.minimum(envelope, AMPLIFICATION_MAX * floor) / floor
-        near = float((steep**2 * amplified).max(initial=0.0))
-        criterion, scale, limit = self._wave
-        spin = float(rate @ rate) * self._reach
-        return max(
-            Trust(criterion, elevation * scale, limit),
-            Trust(Criterion.SLOPE, slope, SLOPE_LIMIT),
-            Trust(Criterion.RESONANCE, near, RESONANCE_LIMIT),
-            Trust(Criterion.SPIN, spin, SPIN_LIMIT),
-            self._shallow,
-            key=Trust.use,
+        rest = self.follow(envelope, driving, interval, rate_square)
+        return max(self.of_wave(heights), rest, key=Trust.use)
+
+    def of_wave(self, heights: Sequence[float]) -> Trust:
+        """Judge the greatest wave height in each tank [m]."""
+        waves = (
+            Trust(criterion, height * scale, limit)
+            for height, (criterion, scale, limit) in zip(heights, self._waves, strict=True)
         )
+        return max(waves, key=Trust.use)
+
+    def follow(
+        self, envelope: Array, driving: Array, interval: float, rate_square: float
+    ) -> Trust:
+        """Look at one instant, as `judge` does, for all but the height of the waves."""
+        if interval != self._interval:
+            self._interval, self._keep = interval, np.exp(self._forget * interval)
+        static = np.abs(driving)
+        static *= self._over_square
+        self._static *= self._keep
+        np.maximum(self._static, static, out=self._static)
+        worst, use = self._shallow, self._shallow.use()
+        steepness: list[float] = (envelope * self._wave_number).tolist()
+        slope = max(steepness, default=0.0)
+        if slope / SLOPE_LIMIT > use:
+            worst, use = Trust(Criterion.SLOPE, slope, SLOPE_LIMIT), slope / SLOPE_LIMIT
+        # near resonance few modes matter: those that would if amplified as much as may be
+        if slope**2 * AMPLIFICATION_MAX / RESONANCE_LIMIT > use:
+            for mode, steep in enumerate(steepness):
+                if steep**2 * AMPLIFICATION_MAX / RESONANCE_LIMIT > use:
+                    floor = max(float(self._static[mode]), _TINY)
+                    amplified = min(float(envelope[mode]), AMPLIFICATION_MAX * floor) / floor
+                    near = steep**2 * amplified
+                    if near / RESONANCE_LIMIT > use:
+                        worst = Trust(Criterion.RESONANCE, near, RESONANCE_LIMIT)
+                        use = near / RESONANCE_LIMIT
+        spin = rate_square * self._reach
+        if spin / SPIN_LIMIT > use:
+            worst = Trust(Criterion.SPIN, spin, SPIN_LIMIT)
+        return worst
+
+
+def _wave_criterion(
+    tank: Tank, coefficients: ModalCoefficients, length: float
+) -> tuple[Criterion, float, float]:
+    """Which criterion holds a wave, its value per wave height, and the limit."""
+    if not length:
+        return Criterion.WAVE, 0.0, WAVE_LIMIT  # empty or full: nothing sloshes
+    liquid = coefficients.liquid
+    room = min(liquid.depth, liquid.freeboard)
+    limit = WAVE_LIMIT if liquid.depth / length > SHALLOW else WAVE_LIMIT_SHALLOW
+    walls = surface_room(tank, liquid.depth)
+    # both are wave heights: the smaller one decides
+    if walls < limit * room:
+        return Criterion.WALL, 1.0 / walls, 1.0
+    return Criterion.WAVE, 1.0 / room, limit
 
 
 UNMOVED = Trust(Criterion.WAVE, 0.0, WAVE_LIMIT)

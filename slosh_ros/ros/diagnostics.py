@@ -72,7 +72,8 @@ class Watch:
     def take(self, loads: Loads) -> None:
         """Take new loads; no wave between two looks is missed."""
         self._loads = loads
-        self._highest = max(self._highest, loads.elevation_max)
+        if loads.rises_above(self._highest):
+            self._highest = loads.elevation_max
         self._worst = max(self._worst, loads.trust, key=Trust.use)
         self._beyond += not loads.valid
 

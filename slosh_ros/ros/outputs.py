@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine import Loads, SloshEngine
-from slosh_ros.engine.engine import TankModel
+from slosh_ros.engine.model import TankModel
 from slosh_ros.parameters import Values
 from slosh_ros.ros.surface import SurfaceTopic
 

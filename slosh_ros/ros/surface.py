@@ -10,7 +10,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine import SloshEngine
-from slosh_ros.engine.engine import TankModel
+from slosh_ros.engine.model import TankModel
 from slosh_ros.modal.picture import SurfaceMesh, colours, tank_lines
 from slosh_ros.modal.validity import WAVE_LIMIT
 

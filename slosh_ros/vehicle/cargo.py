@@ -219,12 +219,13 @@ class TankLiquid:
         c = self.coefficients
         if c is None or self.tank is None:
             return [UNMOVED] * len(time)
-        watch, m = TrustWatch(self.tank, c), self.modes
+        watch, m = TrustWatch([(self.tank, c)]), self.modes
         damped = m.omega * np.sqrt(1.0 - m.damping_ratio**2)
         envelope = np.hypot(beta, (beta_rate + m.damping_ratio * m.omega * beta) / damped)
         steps = np.diff(time, prepend=time[0]).tolist()
-        highest = self.elevation_max(beta).tolist()
-        rows = zip(highest, envelope, driving, steps, rate, strict=True)
+        highest = self.elevation_max(beta)[:, np.newaxis].tolist()
+        turning = (rate**2).sum(axis=1).tolist()
+        rows = zip(highest, envelope, driving, steps, turning, strict=True)
         return [watch.judge(*row) for row in rows]
 
 
