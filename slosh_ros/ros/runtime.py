@@ -5,12 +5,12 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable
-from typing import Any
 
 import rclpy
 from rclpy.exceptions import InvalidParameterException, ROSInterruptException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from slosh_ros.errors import InputError
 
@@ -25,7 +25,7 @@ try:  # takes half the time a message of the SingleThreadedExecutor (bench/)
 except ImportError:  # pragma: no cover
     EventsExecutor = SingleThreadedExecutor
 
-_LOOK = 1.0  # [s] after which the loop looks whether ROS has been shut down
+_LOOK = 0.1  # [s] after which an idle node looks for signals
 
 
 def run(
@@ -48,11 +48,18 @@ def run(
     """
     node: Node | None = None
     started = False
+    stop = _Stop()
     try:
-        rclpy.init(args=args)
+        # rclpy's own handlers would shut ROS down in the middle of a callback
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         started = True
         node = _made(make_node)
-        _spin(node, EventsExecutor if events else SingleThreadedExecutor)
+        stop.calmly = True
+        executor = EventsExecutor() if events else SingleThreadedExecutor()
+        executor.add_node(node)
+        # the EventsExecutor's own spin() of rclpy 7.1.6 dispatches nothing
+        while rclpy.ok() and not stop.wanted:
+            executor.spin_once(timeout_sec=_LOOK)
     except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
         pass
     except (InputError, InvalidParameterException, RCLError, UnknownROSArgsError) as error:
@@ -73,11 +80,18 @@ def run(
     return 0
 
 
-def _spin(node: Node, kind: Callable[[], Any]) -> None:
-    executor = kind()
-    executor.add_node(node)
-    while rclpy.ok():  # the EventsExecutor's own spin() of rclpy 7.1.6 dispatches nothing
-        executor.spin_once(timeout_sec=_LOOK)
+class _Stop:
+    """Ctrl-C or SIGTERM: ends a start-up at once, a running node between two callbacks."""
+
+    def __init__(self) -> None:
+        self.wanted = self.calmly = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+
+    def _on_signal(self, *_: object) -> None:
+        self.wanted = True
+        if not self.calmly:
+            raise KeyboardInterrupt
 
 
 def _made(make_node: Callable[[], Node]) -> Node:
