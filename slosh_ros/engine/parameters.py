@@ -69,6 +69,20 @@ PARAMETERS: tuple[Parameter, ...] = (
         'imu.bias.angular_rate', 'double[3]', [0.0, 0.0, 0.0],
         'what the gyro reads too much, in its own axes; subtracted', 'rad/s', -1.0, 1.0,
     ),
+    Parameter(
+        'calibration.duration', 'double', 10.0,
+        'how long ~/calibrate collects samples of a vehicle at rest', 's', 5.0, 600.0,
+    ),
+    Parameter(
+        'calibration.finds', 'string', 'bias',
+        'what explains a horizontal specific force at rest: a bias of the accelerometer, or the '
+        'tilt of its mount (imu.rpy)',
+        choices=('bias', 'mount'),
+    ),
+    Parameter(
+        'calibration.file', 'string', 'slosh_calibration.yaml',
+        'parameter file that ~/calibrate writes',
+    ),
     Parameter('tanks', 'string[]', ['tank'], 'names of the tanks'),
     Parameter(
         '{tank}.xyz', 'double[3]', [0.0, 0.0, 0.0],

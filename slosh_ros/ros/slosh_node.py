@@ -16,6 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from slosh_ros.engine import SloshConfig, SloshEngine, feed_message
 from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, input_type
 from slosh_ros.engine.parameters import resolved
+from slosh_ros.ros.calibration import CalibrationService
 from slosh_ros.ros.diagnostics import DISABLED, SEVERITY, Watch
 from slosh_ros.ros.latched import Latched
 from slosh_ros.ros.motion_input import MotionInput
@@ -48,6 +49,7 @@ class SloshNode(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/set_enabled', self._on_set_enabled)
+        self._calibration = CalibrationService(self, self.engine.config, values)
         kind, topic = _INPUTS[input_type(self.engine)]
         # a Twist is stamped with its arrival; all others carry their stamp, and nobody asks
         self._stamped = kind is not Twist
@@ -64,14 +66,20 @@ class SloshNode(Node):
             f'listening on {motion.topic}'
         )
 
+    def destroy_node(self) -> None:
+        """End the calibration's thread as well."""
+        self._calibration.close()
+        super().destroy_node()
+
     def _on_motion(self, message: Any) -> None:
         if not self._watch.enabled:
             self._watch.refuse(DISABLED)
             return
         received = 0 if self._stamped else self.get_clock().now().nanoseconds
-        _, loads = feed_message(self.engine, message, received)
+        verdict, loads = feed_message(self.engine, message, received)
         if loads is not None:
             self._watch.take(loads)
+            self._calibration.take(verdict, loads)
             self._outputs.publish(loads)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
