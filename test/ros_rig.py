@@ -15,6 +15,7 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import WrenchStamped  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
@@ -167,3 +168,24 @@ def wrench_of(message: WrenchStamped) -> list[float]:
 def stamp_of(message: WrenchStamped) -> int:
     """Stamp of a message [ns]."""
     return message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
+
+
+def call(driver: Driver, kind: type, name: str, request: object) -> object:
+    """Call a service and wait for its answer."""
+    client = driver.node.create_client(kind, name)
+    driver.spin_until(client.service_is_ready)
+    future = client.call_async(request)
+    driver.spin_until(future.done)
+    return future.result()
+
+
+def diagnostics(driver: Driver) -> dict[str, str]:
+    """Values of the next report, with its message."""
+    reports: list[DiagnosticArray] = []
+    subscription = driver.node.create_subscription(
+        DiagnosticArray, '/diagnostics', reports.append, 10
+    )
+    driver.spin_until(lambda: len(reports) > 1)  # the second began after all that was sent
+    driver.node.destroy_subscription(subscription)
+    status = reports[-1].status[0]
+    return {item.key: item.value for item in status.values} | {'message': status.message}

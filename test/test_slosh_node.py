@@ -15,7 +15,7 @@ from geometry_msgs.msg import InertiaStamped, PointStamped, Twist, TwistStamped
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-from ros_rig import QOS, Driver, NodeProcess, imu, stamp_of, wrench_of
+from ros_rig import QOS, Driver, NodeProcess, call, diagnostics, imu, stamp_of, wrench_of
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
@@ -58,26 +58,6 @@ def node(tmp_path: Path, config: Path):
 def driver():
     with Driver() as driver:
         yield driver
-
-
-def call(driver: Driver, kind: type, name: str, request: object) -> object:
-    client = driver.node.create_client(kind, name)
-    driver.spin_until(client.service_is_ready)
-    future = client.call_async(request)
-    driver.spin_until(future.done)
-    return future.result()
-
-
-def diagnostics(driver: Driver) -> dict[str, str]:
-    """Values of the next report, with its message."""
-    reports: list[DiagnosticArray] = []
-    subscription = driver.node.create_subscription(
-        DiagnosticArray, '/diagnostics', reports.append, 10
-    )
-    driver.spin_until(lambda: len(reports) > 1)  # the second began after all that was sent
-    driver.node.destroy_subscription(subscription)
-    status = reports[-1].status[0]
-    return {item.key: item.value for item in status.values} | {'message': status.message}
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
