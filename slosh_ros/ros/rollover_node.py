@@ -165,7 +165,7 @@ class RolloverNode(Node):
 
 def main(args: list[str] | None = None) -> None:
     """Run rollover_node until Ctrl-C or SIGTERM."""
-    sys.exit(run(RolloverNode, args))
+    sys.exit(run(RolloverNode, args, events=True))
 
 
 if __name__ == '__main__':
