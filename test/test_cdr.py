@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from rosbags.typesys import Stores, get_typestore
 
-from slosh_ros.bag.cdr import imu_reading
+from slosh_ros.engine.cdr import imu_reading
 from slosh_ros.engine.convert import ImuReading
 
 STORE = get_typestore(Stores.ROS2_JAZZY)

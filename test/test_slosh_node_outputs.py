@@ -93,8 +93,14 @@ class Drive:
                         self.engine.centre_of_mass,
                     )
                 )
-            last = START + (SAMPLES - 1) // 5 * 5 * STEP
-            driver.spin_until(lambda: _stamp(self.received['surface'][-1]) >= last)
+            last = START + (SAMPLES - 1) * STEP
+            slots = {name: last // (5 * STEP) * 5 * STEP for name in ('surface',)}
+            driver.spin_until(
+                lambda: all(
+                    _stamp(messages[-1]) >= slots.get(name, last)
+                    for name, messages in self.received.items()
+                )
+            )
         for messages in self.received.values():
             messages[:] = [message for message in messages if _stamp(message) >= START]
 

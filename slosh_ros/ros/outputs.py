@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import partial
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import FluidPressure, JointState
-from std_msgs.msg import Header
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine import Loads, SloshEngine
-from slosh_ros.engine.model import TankModel
 from slosh_ros.parameters import Values
+from slosh_ros.ros.stamped import StampedDoubles
 from slosh_ros.ros.surface import SurfaceTopic
 
 _DEPTH = 10
 
+_Telling = Callable[[Loads], list[float]]  # what a message says; empty: there is nothing to say
+
 
 class _Output(NamedTuple):
     publisher: Publisher
-    message: Any  # one for all samples, filled anew
-    fill: Callable[[Any, Loads], bool]  # False: there is nothing to say
+    writer: StampedDoubles
+    tell: _Telling
 
 
 class Outputs:
@@ -47,91 +46,79 @@ class Outputs:
 
     def __init__(self, node: Node, engine: SloshEngine, values: Values) -> None:
         self._node = node
-        self._stamp = Time()  # shared by all messages
+        self._engine = engine
         self._outputs: list[_Output] = []
-        tanks, frame = engine.tanks, engine.config.output_frame
-        for name, fill in (
-            ('wrench', _fill_wrench),
-            ('wrench_total', _fill_total),
-            ('wrench_state', _fill_state),
-        ):
+        names, frame = [tank.config.name for tank in engine.tanks], engine.config.output_frame
+        wrenches: dict[str, _Telling] = {
+            'wrench': _wrench,
+            'wrench_total': _total,
+            'wrench_state': _state,
+        }
+        for name, tell in wrenches.items():
             if values.flag(f'outputs.{name}'):
-                self._offer(WrenchStamped, name, frame, fill)
-        if values.flag('outputs.tank_wrenches') and len(tanks) > 1:
-            for place, tank in enumerate(tanks):
-                fill = partial(_fill_share, engine, place)
-                self._offer(WrenchStamped, f'{tank.config.name}/wrench', frame, fill)
+                self._offer(WrenchStamped, name, StampedDoubles(frame, 6), tell)
+        if values.flag('outputs.tank_wrenches') and len(names) > 1:
+            for place, name in enumerate(names):
+                tell = self._share_of(place)
+                self._offer(WrenchStamped, f'{name}/wrench', StampedDoubles(frame, 6), tell)
         if values.flag('outputs.pressure'):
             for place, (point, of_tank) in enumerate(engine.config.pressure_points.items()):
-                fill = partial(_fill_pressure, place)
-                self._offer(FluidPressure, f'pressure/{point}', of_tank, fill)
-        if values.flag('outputs.modes'):
-            self._offer(JointState, 'modes', '', partial(_fill_modes, engine))
+                writer = StampedDoubles(of_tank, 2)
+                self._offer(FluidPressure, f'pressure/{point}', writer, _pressure_at(place))
         if values.flag('outputs.centre_of_mass'):
-            self._offer(PointStamped, 'centre_of_mass', frame, partial(_fill_centre, engine))
+            writer = StampedDoubles(frame, 3)
+            self._offer(PointStamped, 'centre_of_mass', writer, self._centre)
+        self._modes: Publisher | None = None
+        if values.flag('outputs.modes'):
+            self._modes = node.create_publisher(JointState, '~/modes', _DEPTH)
         self._surface: SurfaceTopic | None = None
         if values.flag('outputs.surface'):
             self._surface = SurfaceTopic(node, engine, values.number('outputs.surface_rate'))
 
     def publish(self, loads: Loads) -> None:
         """Publish what is listened to, under the sample's stamp."""
-        self._stamp.sec, self._stamp.nanosec = divmod(loads.stamp, NANOSECONDS)
-        for publisher, message, fill in self._outputs:
-            if publisher.get_subscription_count() and fill(message, loads):
-                publisher.publish(message)
+        for publisher, writer, tell in self._outputs:
+            if publisher.get_subscription_count() and (values := tell(loads)):
+                publisher.publish(writer.write(loads.stamp, values))
+        if self._modes is not None and self._modes.get_subscription_count():
+            self._modes.publish(self._joints(loads.stamp))
         if self._surface is not None:
-            self._surface.publish(loads.stamp, self._stamp)
+            self._surface.publish(loads.stamp)
 
-    def _offer(
-        self, kind: type, topic: str, frame: str, fill: Callable[[Any, Loads], bool]
-    ) -> None:
+    def _offer(self, kind: type, topic: str, writer: StampedDoubles, tell: _Telling) -> None:
         publisher = self._node.create_publisher(kind, f'~/{topic}', _DEPTH)
-        message = kind(header=Header(stamp=self._stamp, frame_id=frame))
-        self._outputs.append(_Output(publisher, message, fill))
+        self._outputs.append(_Output(publisher, writer, tell))
+
+    def _share_of(self, place: int) -> _Telling:
+        return lambda _: self._engine.tanks[place].wrench.tolist()
+
+    def _centre(self, _: Loads) -> list[float]:
+        centre: list[float] = self._engine.centre_of_mass.tolist()
+        return centre if centre[0] == centre[0] else []  # without liquid there is none
+
+    def _joints(self, stamp: int) -> JointState:
+        """Modes as joints, named by their tank where there are several."""
+        tanks, message = self._engine.tanks, JointState()
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, NANOSECONDS)
+        for tank in tanks:
+            prefix = f'{tank.config.name}/' if len(tanks) > 1 else ''
+            message.name += [prefix + name for name in tank.coefficients.names]
+            message.position.extend(tank.beta.tolist())
+            message.velocity.extend(tank.beta_rate.tolist())
+        return message
 
 
-def _fill_wrench(message: WrenchStamped, loads: Loads) -> bool:
-    return _six(message, loads.wrench)
+def _wrench(loads: Loads) -> list[float]:
+    return loads.wrench.tolist()
 
 
-def _fill_total(message: WrenchStamped, loads: Loads) -> bool:
-    return _six(message, loads.total)
+def _total(loads: Loads) -> list[float]:
+    return loads.total.tolist()
 
 
-def _fill_state(message: WrenchStamped, loads: Loads) -> bool:
-    return _six(message, loads.state)
+def _state(loads: Loads) -> list[float]:
+    return loads.state.tolist()
 
 
-def _fill_share(engine: SloshEngine, place: int, message: WrenchStamped, _: Loads) -> bool:
-    return _six(message, engine.tanks[place].wrench)
-
-
-def _six(message: WrenchStamped, wrench: Any) -> bool:
-    force, torque = message.wrench.force, message.wrench.torque
-    force.x, force.y, force.z, torque.x, torque.y, torque.z = wrench.tolist()
-    return True
-
-
-def _fill_pressure(place: int, message: FluidPressure, loads: Loads) -> bool:
-    message.fluid_pressure = float(loads.pressure[place])
-    return True
-
-
-def _fill_modes(engine: SloshEngine, message: JointState, _: Loads) -> bool:
-    message.name = [name for tank in engine.tanks for name in _mode_names(tank, engine.tanks)]
-    message.position = [beta for tank in engine.tanks for beta in tank.beta.tolist()]
-    message.velocity = [rate for tank in engine.tanks for rate in tank.beta_rate.tolist()]
-    return True
-
-
-def _mode_names(tank: TankModel, tanks: Iterable[TankModel]) -> Iterable[str]:
-    """Names of the modes, with their tank's where there are several."""
-    several = sum(1 for _ in tanks) > 1
-    prefix = f'{tank.config.name}/' if several else ''
-    return (prefix + name for name in tank.coefficients.names)
-
-
-def _fill_centre(engine: SloshEngine, message: PointStamped, _: Loads) -> bool:
-    centre = engine.centre_of_mass.tolist()
-    message.point.x, message.point.y, message.point.z = centre
-    return centre[0] == centre[0]  # without liquid there is none
+def _pressure_at(place: int) -> _Telling:
+    return lambda loads: [float(loads.pressure[place]), 0.0]  # the variance is not known

@@ -39,11 +39,11 @@ class SurfaceTopic:
         self._publisher = node.create_publisher(MarkerArray, '~/surface', 1)
         self._pictures: list[_TankPicture] = []
 
-    def publish(self, stamp_ns: int, stamp: Time) -> None:
-        """Publish the surfaces if it is time to."""
+    def publish(self, stamp: int) -> None:
+        """Publish the surfaces if it is time to, under a stamp [ns]."""
         if not self._publisher.get_subscription_count():
             return
-        slot = stamp_ns // self._period
+        slot = stamp // self._period
         if slot == self._slot:
             return
         self._slot = slot
@@ -54,9 +54,10 @@ class SurfaceTopic:
                 _TankPicture(tank, 'tank_link' if single else f'{tank.config.name}_link')
                 for tank in tanks
             ]
-        message = MarkerArray()
+        message, seconds = MarkerArray(), Time()
+        seconds.sec, seconds.nanosec = divmod(stamp, NANOSECONDS)
         for tank, picture in zip(tanks, self._pictures, strict=True):
-            message.markers += picture.show(tank, stamp)
+            message.markers += picture.show(tank, seconds)
         self._publisher.publish(message)
 
 
