@@ -139,9 +139,13 @@ _KINDS = {
     'double | double[]': 'a number with a decimal point, or a list of them',
 }
 
+_SHOWN = 80  # characters of a value in a message
+
 
 def _shown(value: object) -> str:
-    return f"the text '{value}'" if isinstance(value, str) else repr(value)
+    text = f"the text '{value}'" if isinstance(value, str) else repr(value)
+    text = ' '.join(text.split())
+    return text if len(text) <= _SHOWN else f'{text[:_SHOWN]} ...'
 
 
 def resolved(rows: Mapping[str, Parameter], given: Mapping[str, object]) -> Values:
@@ -286,6 +290,10 @@ def _load(path: Path) -> dict[object, object]:
         raise InputError(f'cannot be read: {error.strerror}') from error
     except InputError:
         raise
+    except RecursionError as error:
+        raise InputError('is nested too deeply for a parameter file') from error
+    except TypeError as error:  # ruamel.yaml looks it up
+        raise InputError('has a list or a mapping as a key, where a name is wanted') from error
     except (YAMLError, UnicodeDecodeError, ValueError) as error:
         raise InputError(f'is not valid YAML: {_one_line(error)}') from error
     return document if isinstance(document, dict) else {}
