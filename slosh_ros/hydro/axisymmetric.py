@@ -75,7 +75,8 @@ def axisymmetric_coefficients(
     radius = f.fan.radius
 
     samples = f.on_surface(radius * np.linspace(1.0, 0.0, _SAMPLES)) @ psi
-    psi = -psi * np.sign(samples[0]) / peaks(samples)  # positive at -x, where cos theta = -1
+    scale = -np.sign(samples[0]) / peaks(samples)  # positive at -x, where cos theta = -1
+    psi = psi * scale
 
     square = np.einsum('ij,ij->j', psi, f.surface_mass @ psi)
     push, turn = f.surface_r @ psi, f.turn @ psi / kappa
@@ -103,6 +104,7 @@ def axisymmetric_coefficients(
         surface_points=points,
         surface_shapes=potentials.surface(points),
         potentials=potentials,
+        crests=(samples * scale)[np.newaxis, :, pair],
     )
 
 

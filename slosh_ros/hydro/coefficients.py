@@ -99,6 +99,9 @@ class ModalCoefficients:
         From which y to which y there is a wall between pieces of the free surface [m].
     potentials : Potentials or None
         For pressures; None where the route does not give them.
+    crests : array, shape (k, s, n), or None
+        The mode shapes close together along k lines of the free surface, on which their largest
+        moduli are; None: those of `surface_shapes` are the largest.
     """
 
     route: str
@@ -114,6 +117,7 @@ class ModalCoefficients:
     surface_shapes: Array
     surface_gaps: tuple[tuple[float, float], ...] = ()
     potentials: Potentials | None = None
+    crests: Array | None = None
 
     @property
     def mass(self) -> float:
@@ -205,6 +209,12 @@ def still_coefficients(
 def mode_name(a: int, b: int) -> str:
     """Name a mode by its half-waves along x and across y: `x1`, `y3`, `x1y1`."""
     return (f'x{a}' if a else '') + (f'y{b}' if b else '')
+
+
+def mode_numbers(name: str) -> tuple[int, int]:
+    """Half-waves along x and across y of a mode of this name."""
+    along, _, across = name.removeprefix('x').partition('y')
+    return int(along or 0), int(across or 0)
 
 
 def surface_grid(length: float, width: float) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slosh_ros.errors import InputError
@@ -13,9 +15,11 @@ from slosh_ros.hydro.section import section_coefficients
 from slosh_ros.tank import Capsule, Circle, LiquidAtRest, Rectangle, Tank, UprightCylinder
 
 
-def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> ModalCoefficients:
+def coefficients_of(
+    tank: Tank, depth: float, density: float, modes: int | Sequence[str]
+) -> ModalCoefficients:
     """
-    Coefficients of the coupling modes of lowest natural frequency.
+    Coefficients of the coupling modes of lowest natural frequency, or of those that are named.
 
     Parameters
     ----------
@@ -25,21 +29,23 @@ def coefficients_of(tank: Tank, depth: float, density: float, modes: int) -> Mod
         Depth of the liquid [m]; an empty tank and a full one have no modes.
     density : float
         Density of the liquid [kg/m^3].
-    modes : int
-        Number of modes.
+    modes : int or sequence of str
+        Number of modes, or the names of modes that are found at some other fill.
     """
     if depth == 0.0:
         nothing = LiquidAtRest.none(tank.height)
         return still_coefficients('empty', density, nothing, np.zeros((3, 3)), None)
+    # of upright walls and of spheres the lowest modes are the same ones at any fill
+    count = modes if isinstance(modes, int) else len(modes)
     if isinstance(tank, UprightCylinder):
-        return cylinder_z_coefficients(tank, depth, density, modes)
+        return cylinder_z_coefficients(tank, depth, density, count)
     if isinstance(tank, Capsule):
         if not tank.is_sphere:
             raise InputError('the route for tanks with heads is still to come')
         liquid = tank.filled(depth)
         if depth == tank.height:
             return full_sphere(tank.radius, liquid, density)
-        return axisymmetric_coefficients(Circle(tank.radius), liquid, density, modes)
+        return axisymmetric_coefficients(Circle(tank.radius), liquid, density, count)
     if isinstance(tank.section, Rectangle):
-        return rectangular_coefficients(tank, depth, density, modes)
+        return rectangular_coefficients(tank, depth, density, count)
     return section_coefficients(tank, depth, density, modes)

@@ -26,6 +26,7 @@ from slosh_ros.hydro.coefficients import (
     Array,
     ModalCoefficients,
     mode_name,
+    mode_numbers,
     peaks,
     still_coefficients,
     surface_grid,
@@ -54,11 +55,11 @@ def section_coefficients(
     tank: UniformTank,
     depth: float,
     density: float,
-    modes: int,
+    modes: int | Sequence[str],
     resolution: Resolution | TriangleResolution | None = None,
 ) -> ModalCoefficients:
     """
-    Coefficients of the coupling modes of lowest natural frequency.
+    Coefficients of the coupling modes of lowest natural frequency, or of those that are named.
 
     Parameters
     ----------
@@ -68,8 +69,8 @@ def section_coefficients(
         Depth of the liquid [m]; a full tank has no modes.
     density : float
         Density of the liquid [kg/m^3].
-    modes : int
-        Number of modes.
+    modes : int or sequence of str
+        Number of modes, or their names: at any fill a name means the same mode.
     resolution : Resolution, or TriangleResolution for a polygon, optional
         Size of the discrete problem; the default gives five digits or more, but three of the
         wall friction in a nearly full tank and two at a corner that juts into the liquid.
@@ -89,20 +90,31 @@ def section_coefficients(
     ]
     whole = np.array([liquid.volume, liquid.volume, np.inf, *np.diag(liquid.inertia)])
 
-    found: list[_Mode] = []
-    for a in itertools.chain([0], itertools.count(1, 2)):
-        new = [
+    def those(a: int) -> list[_Mode]:
+        return [
             mode
             for family in families
             if a or family.functions.parity != Parity.EVEN
             for mode in _modes(family, a, tank.length)
-            if np.max(mode.coupling**2 / whole) > COUPLING_SHARE * mode.mu
         ]
-        # the lowest frequency for this a rises with a
-        if len(found) >= modes and min(mode.kappa for mode in new) > found[modes - 1].kappa:
-            break
-        found = sorted(found + new, key=lambda mode: mode.kappa)
-    found = found[:modes]
+
+    found: list[_Mode] = []
+    if isinstance(modes, int):
+        for a in itertools.chain([0], itertools.count(1, 2)):
+            new = [
+                mode
+                for mode in those(a)
+                if np.max(mode.coupling**2 / whole) > COUPLING_SHARE * mode.mu
+            ]
+            # the lowest frequency for this a rises with a
+            if len(found) >= modes and min(mode.kappa for mode in new) > found[modes - 1].kappa:
+                break
+            found = sorted(found + new, key=lambda mode: mode.kappa)
+        found = found[:modes]
+    else:
+        along = {mode_numbers(name)[0] for name in modes}
+        by_name = {mode_name(m.a, m.b): m for a in sorted(along) for m in those(a)}
+        found = [by_name[name] for name in modes]
 
     potentials = _Potentials(tank.length, moments, tuple(families), tuple(found))
     points = np.concatenate(
@@ -127,6 +139,12 @@ def section_coefficients(
             (left[1], right[0]) for left, right in itertools.pairwise(moments.surface)
         ),
         potentials=potentials,
+        crests=np.array(
+            [
+                np.stack([mode.family.samples[i] @ mode.psi for mode in found], axis=-1)
+                for i in range(len(moments.surface))
+            ]
+        ),
     )
 
 
@@ -160,7 +178,7 @@ def _full(
 def _functions(
     tank: UniformTank,
     depth: float,
-    modes: int,
+    modes: int | Sequence[str],
     moments: SectionMoments,
     resolution: Resolution | TriangleResolution | None,
 ) -> Sequence[SectionFunctions]:
@@ -178,15 +196,18 @@ def _functions(
     return [half.whole(parity) for parity in (Parity.EVEN, Parity.ODD)]
 
 
-def _shortest_wave(modes: int, length: float, width: float) -> float:
+def _shortest_wave(modes: int | Sequence[str], length: float, width: float) -> float:
     """
-    Wave number beyond those of the lowest coupling modes, as they are counted on a rectangle.
+    Wave number beyond those of the modes, as they are counted on a rectangle.
 
     Of the pairs (a, b), half-waves along and across, inside a quarter of an ellipse with the half
     axes n L/W and n, those couple that are odd or zero: n (1 + L/W)/2 on the axes and
     pi/16 n^2 L/W between.
     """
     ratio = length / width
+    if not isinstance(modes, int):
+        n = max(np.hypot(a / ratio, b) for a, b in map(mode_numbers, modes))
+        return float(max(_WAVES * n, _FEWEST_WAVES) * np.pi / width)
     on_axes, between = (1.0 + ratio) / 2.0, np.pi / 16.0 * ratio
     n = 2.0 * modes / (on_axes + np.sqrt(on_axes**2 + 4.0 * between * modes))
     return float(max(_WAVES * n, _FEWEST_WAVES) * np.pi / width)

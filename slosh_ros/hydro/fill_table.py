@@ -1,0 +1,468 @@
+"""
+Modal coefficients at any fill of a tank, interpolated from a few that are solved for.
+
+The angle t with depth = height (1 - cos t)/2 takes the place of the fill: of round tanks the
+coefficients are analytic in it, and in others the solutions are dense where it is wanted, towards
+the bottom and the roof. Between the levels at which the wall has a corner, where the coefficients
+have a kink, polynomials in t go through nodes that are chosen one by one where the last ones leave
+most room (Leja). What the polynomial misses a new node by, before it goes through it, is the error
+that is stated; where it does not become small, the interval is halved.
+
+Interpolated are quantities that do not depend on how modes are scaled: log omega,
+lambda/sqrt(mu m) with the mass m, f sqrt(sin t/mu)/omega, J0/m. The scale max|f| = 1 is found afterwards, from the
+interpolated surface, as the solver finds it. A mode is known by its name: index j is the same mode
+at every fill. Its sign goes on steadily, where the convention of the solver would let it jump.
+
+A film, and a bubble under the roof, are beyond the solvers: from `FILL_RANGE` to the empty and the
+full tank the modes fade away in proportion to the liquid or the air that is left. Mass, centroid and
+frozen inertia are exact; of the sloshing nothing more can be said than that it is as small as this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from slosh_ros.errors import InputError
+from slosh_ros.hydro.coefficients import Array, ModalCoefficients, Potentials, peaks
+from slosh_ros.hydro.routes import coefficients_of
+from slosh_ros.hydro.triangulation import corner_angles
+from slosh_ros.tank import LiquidAtRest, Polygon, RoundedRectangle, Tank, UniformTank
+
+# Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
+FILL_RANGE = (0.01, 0.99)
+TOLERANCE = 5e-5  # [-] of what a new node is missed by
+_FIRST = 4  # nodes of an interval before the first is tested
+_MOST = 16  # nodes of an interval; it is halved if they are not enough
+_SOLUTIONS = 160  # no interval is halved after so many
+_CORNERS = 40  # at most so many levels of corners, the sharpest, are ends of intervals
+_BLUNT = 0.02  # [rad] a corner that turns the wall by less is none
+_CANDIDATES = 201  # places for a new node
+_NEAR = 0.01  # [heights] corners that are no farther apart make one level
+_LEVEL = 1e-9  # [heights] what is above the surface by less is at it
+_SAME_PLACE = 2e-3  # [m] by which a point may have been moved into the liquid
+
+
+def closed_form(coefficients: ModalCoefficients) -> bool:
+    """Tell whether a direct solution takes so little time that no table is needed."""
+    return coefficients.route in ('closed form', 'empty')
+
+
+@dataclass(frozen=True, eq=False)
+class _Node:
+    """
+    A solved fill.
+
+    Attributes
+    ----------
+    angle : float
+        Place t [rad].
+    sizes : tuple
+        Shapes of the parts that `values` is made of.
+    values : array, shape (v,)
+        All that is interpolated.
+    at_points : array, shape (p, n + 3)
+        Potentials of modes, scaled as f, and of rotation, at single points; NaN at dry ones.
+    """
+
+    angle: float
+    sizes: tuple[tuple[int, ...], ...]
+    values: Array
+    at_points: Array
+
+    def parts(self, values: Array) -> list[Array]:
+        """Take values apart."""
+        ends = np.cumsum([int(np.prod(size)) for size in self.sizes])
+        pieces = np.split(values, ends[:-1])
+        return [piece.reshape(size) for piece, size in zip(pieces, self.sizes, strict=True)]
+
+    def alike(self, values: Array) -> _Node:
+        """Turn the signs of the modes to those of similar ones."""
+        if self.values.shape != values.shape:
+            raise InputError(
+                'the free surface falls into other pieces as the fill changes: no table goes '
+                'over that'
+            )
+        parts = self.parts(self.values)
+        sign = np.sign(np.sum(parts[4] * self.parts(values)[4], axis=(0, 1)))
+        parts[1] = parts[1] * sign[:, np.newaxis]
+        parts[4], parts[5] = parts[4] * sign, parts[5] * sign
+        at_points = self.at_points * np.concatenate([sign, np.ones(3)])
+        values = np.concatenate([part.ravel() for part in parts])
+        return replace(self, values=values, at_points=at_points)
+
+
+@dataclass(eq=False)
+class _Interval:
+    """Nodes of an interval of t, and the polynomial through them."""
+
+    begin: float
+    end: float
+    nodes: list[_Node]
+    error: float = np.inf
+
+    def weights(self, angle: float) -> Array:
+        """Weights of the nodes' values at a place, shape (n,)."""
+        t = np.array([node.angle for node in self.nodes])
+        away = angle - t
+        if not away.all():
+            return np.asarray((away == 0.0).astype(float))
+        scale = 4.0 / (self.end - self.begin)
+        between = scale * (t[:, np.newaxis] - t) + np.eye(len(t))
+        weights = 1.0 / (between.prod(axis=1) * away)
+        return np.asarray(weights / weights.sum())
+
+    def at(self, angle: float) -> Array:
+        """Interpolated values, shape (v,)."""
+        values = np.stack([node.values for node in self.nodes])
+        return np.asarray(self.weights(angle) @ values)
+
+    def add(self, node: _Node) -> None:
+        """Take one more node; from each to the next the modes keep their signs."""
+        nodes = sorted([*self.nodes, node], key=lambda node: node.angle)
+        self.nodes = nodes[:1]
+        for other in nodes[1:]:
+            self.nodes.append(other.alike(self.nodes[-1].values))
+
+    def next(self) -> float:
+        """Place of the next node: Leja's, that is where the present ones leave most room."""
+        t = np.array([node.angle for node in self.nodes])
+        for edge in (self.begin, self.end):
+            if edge not in t:
+                return edge
+        middle, half = (self.begin + self.end) / 2.0, (self.end - self.begin) / 2.0
+        places = middle - half * np.cos(np.linspace(0.0, np.pi, _CANDIDATES))
+        away = np.abs(places[:, np.newaxis] - t) / half
+        return float(places[np.log(np.maximum(away, 1e-300)).sum(axis=1).argmax()])
+
+
+class FillTable:
+    """
+    Modal coefficients over the fill of a tank.
+
+    Parameters
+    ----------
+    tank : Tank
+        The tank.
+    names : sequence of str
+        The modes.
+    points : array, shape (p, 3), optional
+        Where pressure is wanted, in the tank frame [m].
+    tolerance : float
+        Error that is aimed at.
+
+    Notes
+    -----
+    The solutions are found by :meth:`step`, one for each call, so that a process can do something
+    else in between; :meth:`build` does all of them.
+    """
+
+    def __init__(
+        self,
+        tank: Tank,
+        names: Sequence[str],
+        points: Array | None = None,
+        tolerance: float = TOLERANCE,
+    ) -> None:
+        self.tank, self.names = tank, tuple(names)
+        self._points = np.zeros((0, 3)) if points is None else points
+        self._tolerance = tolerance
+        self.solutions = 0
+        low, high = (self._angle(tank.depth(ratio)) for ratio in FILL_RANGE)
+        corners = sorted(t for t in map(self._angle, _corners(tank)) if low < t < high)
+        places = [low, *corners, high]
+        self._open = [_Interval(a, b, []) for a, b in zip(places, places[1:], strict=False)]
+        self._done: list[_Interval] = []
+        self._crossings = self._levels()
+        self._crossed: list[_Node] = []
+        self._curves: list[Callable[[float], Array]] | None = None
+
+    # --- building ---------------------------------------------------------------------------------
+
+    @property
+    def ready(self) -> bool:
+        """Whether all solutions are found."""
+        return not self._open and not self._crossings
+
+    @property
+    def error(self) -> float:
+        """
+        Largest error of log omega, and of couplings and inertias over the largest of their kind.
+
+        It is that of each interval before its last node, which is more than what is left.
+        """
+        return max((part.error for part in self._done), default=np.inf)
+
+    def build(self) -> FillTable:
+        """Find all solutions."""
+        while not self.ready:
+            self.step()
+        return self
+
+    def step(self) -> None:
+        """Find one solution."""
+        if not self._open:
+            angle = self._crossings.pop()
+            self._crossed.append(self._solved(angle).alike(self._values(angle)))
+            return
+        part = self._open[0]
+        node = self._solved(part.next())
+        if len(part.nodes) >= _FIRST:
+            guess = part.at(node.angle)
+            part.error = self._missed(node.alike(guess), guess)
+        part.add(node)
+        if len(part.nodes) > _FIRST and part.error <= self._tolerance:
+            self._close()
+        elif len(part.nodes) >= _MOST:
+            self._halve()
+
+    def _close(self) -> None:
+        part = self._open.pop(0)
+        self._done.append(part)
+        if self._open:  # the next begins where this one ends
+            later = [node for node in self._open[0].nodes if node.angle > part.end]
+            self._open[0].nodes = [part.nodes[-1]]
+            for node in later:
+                self._open[0].add(node)
+
+    def _halve(self) -> None:
+        part = self._open[0]
+        if self.solutions > _SOLUTIONS:
+            self._close()
+            return
+        middle = min(
+            (node.angle for node in part.nodes),
+            key=lambda angle: abs(angle - (part.begin + part.end) / 2.0),
+        )
+        self._open[:1] = [
+            _Interval(a, b, [node for node in part.nodes if a <= node.angle <= b])
+            for a, b in ((part.begin, middle), (middle, part.end))
+        ]
+
+    def _solved(self, angle: float) -> _Node:
+        self.solutions += 1
+        c = coefficients_of(self.tank, self._depth(angle), 1.0, self.names)
+        unit = np.sqrt(np.sin(angle) / c.mu) / c.omega  # about the mean square of f, inverted
+        crests = c.surface_shapes[np.newaxis] if c.crests is None else c.crests
+        friction = np.zeros(0) if c.wall_friction is None else np.log(c.wall_friction)
+        parts = (
+            np.log(c.omega),
+            c.coupling / np.sqrt(c.mu * c.mass)[:, np.newaxis],
+            c.inertia_stokes_joukowski / c.mass,
+            friction,
+            crests * unit,
+            c.surface_shapes * unit,
+            c.surface_points,
+            np.array(c.surface_gaps).reshape(-1, 2),
+        )
+        sizes = tuple(part.shape for part in parts)
+        values = np.concatenate([part.ravel() for part in parts])
+        return _Node(angle, sizes, values, self._potentials(c, unit))
+
+    def _missed(self, node: _Node, guess: Array) -> float:
+        """By how much a guess misses a node: error over the largest of the kind."""
+        errors = [0.0]
+        for k, (a, b) in enumerate(zip(node.parts(guess), node.parts(node.values), strict=True)):
+            away = np.abs(a - b)
+            if k == 0:
+                errors.append(float(away.max()))
+            elif k == 1:
+                most = np.abs(b).max(axis=0)
+                errors += (away.max(axis=0)[most > 0.0] / most[most > 0.0]).tolist()
+            elif k == 2:
+                errors.append(float(away.max() / np.abs(b).max()))
+            elif k == 4:
+                errors.append(float((away.max(axis=(0, 1)) / np.abs(b).max(axis=(0, 1))).max()))
+        return max(errors)
+
+    # --- reading ----------------------------------------------------------------------------------
+
+    def at(self, fill_ratio: float, density: float) -> ModalCoefficients:
+        """
+        Coefficients at a fill.
+
+        Parameters
+        ----------
+        fill_ratio : float
+            Fraction of the volume, 0 to 1.
+        density : float
+            Of the liquid [kg/m^3].
+        """
+        if fill_ratio in (0.0, 1.0):
+            return still(self.tank, fill_ratio, density)
+        low, high = FILL_RANGE
+        if fill_ratio < low:
+            return self._fading(fill_ratio, low, fill_ratio / low, density)
+        if fill_ratio > high:
+            return self._fading(fill_ratio, high, (1.0 - fill_ratio) / (1.0 - high), density)
+        depth = self.tank.depth(fill_ratio)
+        return self._interpolated(self.tank.filled(depth), density)
+
+    def _interpolated(self, liquid: LiquidAtRest, density: float) -> ModalCoefficients:
+        angle = self._angle(liquid.depth)
+        omega, coupling, inertia, friction, crests, shapes, points, gaps = (
+            self._done[0].nodes[0].parts(self._values(angle))
+        )
+        highest = np.max([peaks(piece) for piece in crests], axis=0)
+        mass = density * liquid.volume
+        mu = density * np.sin(angle) / (highest * np.exp(omega)) ** 2
+        return ModalCoefficients(
+            route='fill table',
+            density=density,
+            liquid=liquid,
+            names=self.names,
+            omega=np.exp(omega),
+            mu=mu,
+            coupling=coupling * np.sqrt(mu * mass)[:, np.newaxis],
+            inertia_stokes_joukowski=inertia * mass,
+            wall_friction=np.exp(friction) if len(friction) else None,
+            surface_points=points,
+            surface_shapes=shapes / highest,
+            surface_gaps=tuple((float(a), float(b)) for a, b in gaps),
+            potentials=self._potentials_at(angle, liquid, highest),
+        )
+
+    def _fading(
+        self, fill_ratio: float, edge: float, share: float, density: float
+    ) -> ModalCoefficients:
+        """Coefficients between an edge of `FILL_RANGE`, for share 1, and the end, for share 0."""
+        c = self.at(edge, density)
+        liquid = self.tank.filled(self.tank.depth(fill_ratio))
+        turning = _at_centroid(c) / c.mass
+        edge_angle, angle = self._angle(c.liquid.depth), self._angle(liquid.depth)
+        highest = np.sqrt(density * np.sin(edge_angle) / c.mu) / c.omega
+        if fill_ratio > edge:
+            end = self._full(density)
+            turning = share * turning + (1.0 - share) * _at_centroid(end) / end.mass
+        mass, centroid = density * liquid.volume, liquid.centroid
+        return replace(
+            c,
+            liquid=liquid,
+            mu=share * c.mu,
+            coupling=share * c.coupling,
+            inertia_stokes_joukowski=mass * (turning + _parallel_axis(centroid)),
+            potentials=self._potentials_at(angle, liquid, highest),
+        )
+
+    def _full(self, density: float) -> ModalCoefficients:
+        return still(self.tank, 1.0, density)
+
+    def _values(self, angle: float) -> Array:
+        part = next((part for part in self._done if angle <= part.end), self._done[-1])
+        return part.at(min(max(angle, part.begin), part.end))
+
+    # --- single points ----------------------------------------------------------------------------
+
+    def _levels(self) -> list[float]:
+        """Places t at which points fall dry: there a solution is wanted as well."""
+        height = self.tank.height
+        low, high = (self._angle(self.tank.depth(ratio)) for ratio in FILL_RANGE)
+        levels = {self._angle(z + height / 2.0) for z in self._points[:, 2].tolist()}
+        return sorted(level for level in levels if low < level < high)
+
+    def _potentials(self, c: ModalCoefficients, unit: Array) -> Array:
+        """Potentials of modes, scaled as f, and of rotation, NaN at dry points (p, n + 3)."""
+        about = self._points - c.liquid.surface_centre
+        found = np.full((len(about), len(unit) + 3), np.nan)
+        wet = about[:, 2] <= _LEVEL * self.tank.height
+        if wet.any() and c.potentials is not None:
+            place = np.minimum(about[wet], [np.inf, np.inf, 0.0])
+            found[wet, :-3] = c.potentials.modes(place) * unit
+            found[wet, -3:] = c.potentials.stokes_joukowski(place)
+        return found
+
+    def _potentials_at(
+        self, angle: float, liquid: LiquidAtRest, highest: Array
+    ) -> Potentials | None:
+        if not len(self._points):
+            return None
+        if self._curves is None:
+            known = [node for part in self._done for node in part.nodes] + self._crossed
+            by_angle = {node.angle: node.at_points for node in known}
+            t = np.array(sorted(by_angle))
+            values = np.array([by_angle[angle] for angle in t.tolist()])
+            self._curves = [_curve(t, values[:, i]) for i in range(len(self._points))]
+        found = np.array([curve(angle) for curve in self._curves])
+        about = self._points - liquid.surface_centre
+        return _AtPoints(about, found[:, :-3] / highest, found[:, -3:])
+
+    # --- the angle --------------------------------------------------------------------------------
+
+    def _angle(self, depth: float) -> float:
+        return 2.0 * float(np.arctan2(np.sqrt(depth), np.sqrt(self.tank.height - depth)))
+
+    def _depth(self, angle: float) -> float:
+        return self.tank.height * float(np.sin(angle / 2.0)) ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class _AtPoints:
+    """Potentials at the points that a table was asked for, about O."""
+
+    points: Array
+    phi: Array
+    omega: Array
+
+    def _which(self, points: Array) -> list[int]:
+        away = np.linalg.norm(points[:, np.newaxis] - self.points, axis=-1)
+        if away.min(axis=1, initial=np.inf).max(initial=0.0) > _SAME_PLACE:
+            raise InputError('the fill table was not made for these points of pressure')
+        return [int(i) for i in away.argmin(axis=1)]
+
+    def modes(self, points: Array) -> Array:
+        """Potentials phi_j of the modes, shape (p, n) [-]."""
+        return self.phi[self._which(points)]
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        """Potentials Omega_4, Omega_5, Omega_6 of rotation, shape (p, 3) [m^2]."""
+        return self.omega[self._which(points)]
+
+
+def _curve(t: Array, values: Array) -> Callable[[float], Array]:
+    """Spline through what is known at places t; beyond its ends, and if nothing is, constant."""
+    known = ~np.isnan(values).any(axis=1)
+    if not known.any():
+        return lambda _: np.zeros(values.shape[1])
+    t, values = t[known], values[known]
+    if len(t) == 1:
+        return lambda _: values[0]
+    spline = make_interp_spline(t, values, k=min(3, len(t) - 1))
+    return lambda angle: np.asarray(spline(min(max(angle, t[0]), t[-1])))
+
+
+def _corners(tank: Tank) -> list[float]:
+    """Depths at which the wall of the section has its sharpest corners, rising [m]."""
+    if not isinstance(tank, UniformTank):
+        return []
+    section = tank.section
+    if isinstance(section, RoundedRectangle):
+        return [section.corner_radius, section.height - section.corner_radius]
+    if not isinstance(section, Polygon):
+        return []
+    corners = section.corners
+    turn = np.abs(np.pi - corner_angles(corners))
+    sharpest = np.argsort(-turn)[: np.count_nonzero(turn > _BLUNT)]
+    levels: list[float] = []
+    for z in corners[sharpest, 1] + tank.height / 2.0:
+        apart = min((abs(z - level) for level in levels), default=np.inf)
+        if len(levels) < _CORNERS and apart > _NEAR * tank.height:
+            levels.append(float(z))
+    return sorted(levels)
+
+
+def _parallel_axis(r: Array) -> Array:
+    return np.asarray(r @ r * np.eye(3) - np.outer(r, r))
+
+
+def _at_centroid(c: ModalCoefficients) -> Array:
+    return c.inertia_stokes_joukowski - c.mass * _parallel_axis(c.liquid.centroid)
+
+
+@lru_cache(maxsize=64)
+def still(tank: Tank, fill_ratio: float, density: float) -> ModalCoefficients:
+    """Coefficients of an empty (0) or a full (1) tank."""
+    return coefficients_of(tank, fill_ratio * tank.height, density, 1)
