@@ -59,6 +59,7 @@ _WARNINGS = {
     'articulation': 'small articulation is left at {w.first:.2f} s: up to {w.worst:.2f} rad, '
     '{w.share:.0%} of the time',
 }
+_SMALL = 1e-9  # products of inertia that are rounding
 _LAMBDAS = {1: 'kg', 2: 'kg', 4: 'kg m', 5: 'kg m', 6: 'kg m'}
 
 ConfigFile = Annotated[Path, typer.Argument(metavar='CONFIG', help='ROS 2 parameter file.')]
@@ -279,9 +280,11 @@ def _checked(file: Path) -> str:
     if names_node(file, 'vehicle_node'):
         Scenario.from_file(file)
     tanks = (tank.config for tank in engine.tanks)
-    return ', '.join(
-        f'{t.name} ({t.tank.shape}, {t.tank.fill_ratio(t.depth):.1%} full)' for t in tanks
-    )
+    return ', '.join(f'{t.name} ({"; ".join([_told(t), *t.tank.repairs])})' for t in tanks)
+
+
+def _told(tank: TankConfig) -> str:
+    return f'{tank.tank.shape}, {tank.tank.fill_ratio(tank.depth):.1%} full'
 
 
 def _keep_bag(bag: Path, path: Path | None) -> None:
@@ -386,9 +389,11 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
 
 
 def _place(point: NDArray[np.float64]) -> str:
-    """Write a point by its z, and its y where that is not 0."""
-    _, y, z = point
-    return (f'y = {y:+.4f} m, ' if y else '') + f'z = {z:+.4f} m'
+    """Write a point by its z, and its x and y where they are not 0."""
+    aside = [
+        f'{axis} = {c:+.4f} m, ' for axis, c in zip('xy', point[:2], strict=True) if round(c, 4)
+    ]
+    return ''.join(aside) + f'z = {point[2]:+.4f} m'
 
 
 def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
@@ -402,9 +407,12 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
         f'mean free surface O at {_place(liquid.surface_centre)} in the tank frame\n'
         f'centroid at {_place(liquid.centroid)} from O'
     )
+    for repair in tank.tank.repairs:
+        _out.print(f'{tank.name}.mesh_file: {repair}')
     turns = {'roll': (0, 0), 'pitch': (1, 1), 'yaw': (2, 2)}
-    if c.inertia_frozen[1, 2]:
-        turns['pitch-yaw'] = (1, 2)
+    products = {'roll-pitch': (0, 1), 'roll-yaw': (0, 2), 'pitch-yaw': (1, 2)}
+    small = _SMALL * float(np.abs(c.inertia_frozen).max())
+    turns |= {name: at for name, at in products.items() if abs(c.inertia_frozen[at]) > small}
     inertia = _table('inertia about O', *(f'{k} [kg m^2]' for k in turns))
     for name, tensor in (
         ('frozen', c.inertia_frozen),

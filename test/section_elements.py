@@ -16,7 +16,7 @@ from skfem.helpers import dot, grad
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro.coefficients import ModalCoefficients
-from slosh_ros.hydro.triangulation import triangulate
+from slosh_ros.tank.triangulation import triangulate
 
 Array = NDArray[np.float64]
 STILL = 1e-4  # k in place of 0 [1/m], for which K + k^2 M is singular

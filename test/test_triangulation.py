@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.triangulation import corner_angles, triangulate
+from slosh_ros.tank.triangulation import corner_angles, triangulate
 
 Array = NDArray[np.float64]
 

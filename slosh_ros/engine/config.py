@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)
+FILES = ('mesh_file',)  # parameters that name files
 ROUNDING = 1e-3  # [m] by which a point may lie outside the tank
 
 
@@ -177,7 +178,7 @@ class SloshConfig:
     @classmethod
     def from_file(cls, path: Path) -> SloshConfig:
         """
-        Read a ROS 2 parameter file.
+        Read a ROS 2 parameter file; files that it names are sought beside it.
 
         Raises
         ------
@@ -185,7 +186,10 @@ class SloshConfig:
             If the file cannot be read or a parameter does not fit; the message names both.
         """
         try:
-            return cls.from_parameters(read_parameter_file(path, 'slosh_node'))
+            given = read_parameter_file(path, 'slosh_node')
+            return cls.from_parameters(
+                {key: _beside(path, key, value) for key, value in given.items()}
+            )
         except InputError as error:
             raise InputError(f'{path}: {error}') from error
 
@@ -237,6 +241,12 @@ class SloshConfig:
             output_frame=output_frame,
             gate=gate,
         )
+
+
+def _beside(path: Path, key: str, value: object) -> object:
+    """Return the value, if it is the name of a file as seen from the folder of a given one."""
+    is_file = key.rpartition('.')[2] in FILES and isinstance(value, str) and value
+    return str(path.parent / str(value)) if is_file else value
 
 
 def _tank(p: Values, name: str, points: dict[str, str]) -> TankConfig:

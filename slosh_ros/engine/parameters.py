@@ -132,6 +132,18 @@ PARAMETERS: tuple[Parameter, ...] = (
         '(section_x)', 'm', -FAR, FAR
     ),
     Parameter(
+        '{tank}.mesh_file', 'string', None,
+        "the tank's inner surface as closed triangles, STL, OBJ or PLY, x forward, y left, z up; "
+        'the tank frame is at the centre of its bounding box, whatever its origin; a path that is '
+        'not absolute starts from the folder of this file, of a node from its working directory '
+        '(mesh)',
+    ),
+    Parameter(
+        '{tank}.mesh_scale', 'double', None,
+        'length of the unit of mesh_file, 0.001 for millimetres; 1.0 if absent (mesh)', 'm',
+        1e-6, 1e6
+    ),
+    Parameter(
         '{tank}.fill_ratio', 'double', None,
         'fraction of the volume that is filled; either this or fill_depth', '', 0.0, 1.0,
         live=True,

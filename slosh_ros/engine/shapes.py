@@ -12,6 +12,7 @@ from slosh_ros.tank import (
     cylinder_x,
     cylinder_z,
     ellipse_x,
+    mesh,
     rectangular,
     rounded_rectangle_x,
     section_x,
@@ -46,6 +47,7 @@ SHAPES: dict[str, Shape] = {
     'rounded_rectangle_x': Shape(
         rounded_rectangle_x, ('width', 'height', 'corner_radius', 'length')
     ),
+    'mesh': Shape(mesh, ('mesh_file',), ('mesh_scale',)),
     'section_x': Shape(section_x, ('points', 'length')),
     'sphere': Shape(sphere, ('radius',)),
 }

@@ -12,7 +12,15 @@ from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.tank import Capsule, Circle, LiquidAtRest, Rectangle, Tank, UprightCylinder
+from slosh_ros.tank import (
+    Capsule,
+    Circle,
+    LiquidAtRest,
+    MeshTank,
+    Rectangle,
+    Tank,
+    UprightCylinder,
+)
 
 
 def coefficients_of(
@@ -39,9 +47,9 @@ def coefficients_of(
     count = modes if isinstance(modes, int) else len(modes)
     if isinstance(tank, UprightCylinder):
         return cylinder_z_coefficients(tank, depth, density, count)
+    if isinstance(tank, MeshTank) or (isinstance(tank, Capsule) and not tank.is_sphere):
+        raise InputError('the route for such tanks is still to come')
     if isinstance(tank, Capsule):
-        if not tank.is_sphere:
-            raise InputError('the route for tanks with heads is still to come')
         liquid = tank.filled(depth)
         if depth == tank.height:
             return full_sphere(tank.radius, liquid, density)

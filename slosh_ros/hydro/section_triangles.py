@@ -29,8 +29,8 @@ from scipy.special import eval_jacobi, roots_jacobi
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import Array
 from slosh_ros.hydro.section_functions import Parity, SectionFunctions
-from slosh_ros.hydro.triangulation import Indices, corner_angles, triangulate
 from slosh_ros.tank.polygon import ROUNDING, Polygon, below
+from slosh_ros.tank.triangulation import Indices, corner_angles, triangulate
 
 _SIDES = ((0, 1), (1, 2), (0, 2))  # corners of each side of a triangle
 

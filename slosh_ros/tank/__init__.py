@@ -6,6 +6,7 @@ one class beside :class:`~slosh_ros.tank.uniform.UniformTank`.
 """
 
 from slosh_ros.tank.capsule import Capsule, cylinder_x, sphere
+from slosh_ros.tank.mesh import MeshTank, mesh
 from slosh_ros.tank.polygon import Polygon
 from slosh_ros.tank.section import (
     Circle,
@@ -27,7 +28,7 @@ from slosh_ros.tank.uniform import (
 )
 from slosh_ros.tank.upright import UprightCylinder, cylinder_z
 
-Tank = UniformTank | UprightCylinder | Capsule
+Tank = UniformTank | UprightCylinder | Capsule | MeshTank
 
 __all__ = [
     'Capsule',
@@ -35,6 +36,7 @@ __all__ = [
     'Ellipse',
     'LiquidAtRest',
     'LiquidSurface',
+    'MeshTank',
     'Polygon',
     'Rectangle',
     'RoundedRectangle',
@@ -47,6 +49,7 @@ __all__ = [
     'cylinder_x',
     'cylinder_z',
     'ellipse_x',
+    'mesh',
     'rectangular',
     'rounded_rectangle_x',
     'section_x',

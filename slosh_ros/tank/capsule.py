@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import overload
+from typing import ClassVar, overload
 
 import numpy as np
 from scipy.optimize import brentq
@@ -45,6 +45,8 @@ class Capsule:
     def is_sphere(self) -> bool:
         """Whether it is a sphere."""
         return self.length == 0.0 and self.head_depth == self.radius
+
+    repairs: ClassVar[tuple[str, ...]] = ()  # of what is given in a file
 
     @property
     def volume(self) -> float:

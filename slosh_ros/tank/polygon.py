@@ -113,7 +113,9 @@ class Polygon(Section):
         centre = float(np.diff(surface**2, axis=1).sum()) / (2.0 * width) if width else 0.0
         if pools and not width:  # full to a top that is a point
             centre = float(self.corners[self.corners[:, 1].argmax(), 0])
-        moments = np.array([_moments(pool - [centre, 0.0]) for pool in pools]).reshape(-1, 6)
+        moments = np.array([outline_moments(pool - [centre, 0.0]) for pool in pools]).reshape(
+            -1, 6
+        )
         area, y, z, yy, yz, zz = (float(moment) for moment in moments.sum(axis=0))
         if self.is_symmetric:
             centre, y, yz = 0.0, 0.0, 0.0  # without rounding
@@ -227,11 +229,18 @@ def _surface(outline: Array) -> list[tuple[float, float]]:
 
 
 def _area(corners: Array) -> float:
-    return float(_moments(corners)[0])
+    return float(outline_moments(corners)[0])
 
 
-def _moments(corners: Array) -> Array:
-    """Integrals of 1, y, z, y^2, y z and z^2 over a polygon, shape (6,)."""
+def outline_moments(corners: Array) -> Array:
+    """
+    Integrals of 1, y, z, y^2, y z and z^2 over a polygon, shape (6,).
+
+    Parameters
+    ----------
+    corners : array, shape (n, 2)
+        y and z, counter-clockwise; clockwise, all integrals change their sign.
+    """
     (y, z), (v, w) = corners.T, np.roll(corners, -1, axis=0).T  # of each edge's two ends
     cross = y * w - v * z
     return np.array(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -99,6 +100,8 @@ class UniformTank:
     shape: str
     section: Section
     length: float
+
+    repairs: ClassVar[tuple[str, ...]] = ()  # of what is given in a file
 
     @property
     def volume(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ class UprightCylinder:
     def shape(self) -> str:
         """Name of the shape, as in the configuration."""
         return 'cylinder_z'
+
+    repairs: ClassVar[tuple[str, ...]] = ()  # of what is given in a file
 
     @property
     def volume(self) -> float:

@@ -1,5 +1,5 @@
 """
-Triangulation of a simple polygon by Delaunay refinement.
+Triangulation of a polygon, with or without holes, by Delaunay refinement.
 
 Ruppert (1995), J. Algorithms 18: segments that are missing or have a corner of a triangle within
 their diametral circle are halved; triangles that are too large or too thin get a corner at their
@@ -10,15 +10,15 @@ as thin as the angle is (Shewchuk 2002, Comput. Geom. 22).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.coefficients import Array
 
+Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _THIN = 1.5  # circumradius over the shortest side: smallest angle of 19 degrees
@@ -28,7 +28,9 @@ _MOST = 4000  # triangles; beyond, the section has details far too small
 _ROUNDING = 1e-9
 
 
-def triangulate(outline: Array, size: Callable[[Array], Array]) -> tuple[Array, Indices]:
+def triangulate(
+    outline: Array, size: Callable[[Array], Array], holes: Sequence[Array] = ()
+) -> tuple[Array, Indices]:
     """
     Divide a polygon into triangles.
 
@@ -38,11 +40,13 @@ def triangulate(outline: Array, size: Callable[[Array], Array]) -> tuple[Array, 
         Corners, counter-clockwise.
     size : callable
         Largest side of triangles at given points: array, shape (p, 2), to array, shape (p,).
+    holes : sequence of array, shape (n, 2)
+        Corners, clockwise, of what is left out.
 
     Returns
     -------
     points : array, shape (m, 2)
-        The corners of the outline first.
+        The corners of the outline first, then those of the holes.
     triangles : array of int, shape (t, 3)
         Their corners.
 
@@ -51,7 +55,7 @@ def triangulate(outline: Array, size: Callable[[Array], Array]) -> tuple[Array, 
     InputError
         If details of the outline are so small that the triangles become too many.
     """
-    mesh = _Mesh(outline)
+    mesh = _Mesh([outline, *holes])
     while True:
         triangles = mesh.triangles()
         if len(triangles) > _MOST:
@@ -79,17 +83,19 @@ class _Mesh:
         For a point that was put at a power of two from an acute corner, that corner; else -1.
     """
 
-    def __init__(self, outline: Array) -> None:
-        count = len(outline)
-        self.points = outline.copy()
-        self.segments: Indices = np.stack([np.arange(count), (np.arange(count) + 1) % count], 1)
-        self.shell: Indices = np.full(count, -1)
-        self._outline = outline
-        self._acute = corner_angles(outline) < _ACUTE
-        self._span = float(np.ptp(outline, axis=0).max())
+    def __init__(self, outlines: list[Array]) -> None:
+        self.points = np.concatenate(outlines)
+        rings = np.split(np.arange(len(self.points)), np.cumsum([len(o) for o in outlines])[:-1])
+        self.segments: Indices = np.concatenate(
+            [np.stack([ring, np.roll(ring, -1)], axis=1) for ring in rings]
+        )
+        self.shell: Indices = np.full(len(self.points), -1)
+        self._outlines = outlines
+        self._acute = np.concatenate([corner_angles(outline) for outline in outlines]) < _ACUTE
+        self._span = float(np.ptp(outlines[0], axis=0).max())
         # around it, so that no edge of the outline is one of the convex hull
         away = 20.0 * self._span * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
-        self._frame = outline.mean(axis=0) + away
+        self._frame = outlines[0].mean(axis=0) + away
 
     def shortest(self) -> float:
         """Length of the shortest segment."""
@@ -99,7 +105,7 @@ class _Mesh:
         """Delaunay triangles within the outline, counter-clockwise."""
         found: Indices = Delaunay(np.vstack([self.points, self._frame])).simplices.astype(np.intp)
         found = found[np.all(found < len(self.points), axis=1)]
-        found = found[_inside(self._outline, self.points[found].mean(axis=1))]
+        found = found[inside(self._outlines, self.points[found].mean(axis=1))]
         area = _double_areas(self.points[found])
         found[area < 0.0] = found[area < 0.0, ::-1]
         # corners on one edge may make up triangles without area
@@ -164,7 +170,7 @@ class _Mesh:
         middle, half = self.points[self.segments].mean(axis=1), self._halves()
         gaps = np.hypot(*(centres[:, np.newaxis] - middle).transpose(2, 0, 1))
         hit = gaps < half * (1.0 - _ROUNDING)
-        free = ~hit.any(axis=1) & _inside(self._outline, centres)
+        free = ~hit.any(axis=1) & inside(self._outlines, centres)
         count = int(np.count_nonzero(free))
         self.points = np.vstack([self.points, centres[free]])
         self.shell = np.append(self.shell, np.full(count, -1))
@@ -185,9 +191,21 @@ def corner_angles(outline: Array) -> Array:
     return np.asarray(np.arctan2(cross, np.sum(before * after, axis=1)) % (2.0 * np.pi))
 
 
-def _inside(outline: Array, points: Array) -> NDArray[np.bool_]:
-    """Tell which points lie within a polygon: a ray along +y leaves it an odd number of times."""
-    start, way = outline, np.roll(outline, -1, axis=0) - outline
+def inside(outlines: Sequence[Array], points: Array) -> NDArray[np.bool_]:
+    """
+    Tell which points lie within a polygon with holes.
+
+    A ray along the first axis leaves it an odd number of times.
+
+    Parameters
+    ----------
+    outlines : sequence of array, shape (n, 2)
+        Corners of the polygon and of its holes.
+    points : array, shape (p, 2)
+        The points.
+    """
+    start = np.concatenate(outlines)
+    way = np.concatenate([np.roll(outline, -1, axis=0) for outline in outlines]) - start
     y, z = points.T[..., np.newaxis]
     across = (start[:, 1] > z) != (start[:, 1] + way[:, 1] > z)
     rise = np.where(way[:, 1] == 0.0, 1.0, way[:, 1])
