@@ -99,6 +99,9 @@ class ModalCoefficients:
         From which y to which y there is a wall between pieces of the free surface [m].
     potentials : Potentials or None
         For pressures; None where the route does not give them.
+    error : float or None
+        Estimated largest relative error of the frequencies and couplings; None for routes that
+        are exact or whose accuracy is known beforehand.
     """
 
     route: str
@@ -114,6 +117,7 @@ class ModalCoefficients:
     surface_shapes: Array
     surface_gaps: tuple[tuple[float, float], ...] = ()
     potentials: Potentials | None = None
+    error: float | None = None
 
     @property
     def mass(self) -> float:
