@@ -94,7 +94,7 @@ class Drive:
                     )
                 )
             last = START + (SAMPLES - 1) * STEP
-            slots = {name: last // (5 * STEP) * 5 * STEP for name in ('surface',)}
+            slots = dict.fromkeys(('surface',), last // (5 * STEP) * 5 * STEP)
             driver.spin_until(
                 lambda: all(
                     _stamp(messages[-1]) >= slots.get(name, last)

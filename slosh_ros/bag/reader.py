@@ -12,8 +12,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
-from slosh_ros.engine.cdr import imu_reading
 from slosh_ros.constants import NANOSECONDS
+from slosh_ros.engine.cdr import imu_reading
 from slosh_ros.engine.convert import IMU, ImuReading
 from slosh_ros.errors import InputError
 

@@ -102,6 +102,9 @@ class ModalCoefficients:
     crests : array, shape (k, s, n), or None
         The mode shapes close together along k lines of the free surface, on which their largest
         moduli are; None: those of `surface_shapes` are the largest.
+    error : float or None
+        Estimated largest relative error of the frequencies and couplings; None for routes that
+        are exact or whose accuracy is known beforehand.
     """
 
     route: str
@@ -118,6 +121,7 @@ class ModalCoefficients:
     surface_gaps: tuple[tuple[float, float], ...] = ()
     potentials: Potentials | None = None
     crests: Array | None = None
+    error: float | None = None
 
     @property
     def mass(self) -> float:

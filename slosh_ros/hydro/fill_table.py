@@ -30,8 +30,8 @@ from scipy.interpolate import make_interp_spline
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import Array, ModalCoefficients, Potentials, peaks
 from slosh_ros.hydro.routes import coefficients_of
-from slosh_ros.hydro.triangulation import corner_angles
 from slosh_ros.tank import LiquidAtRest, Polygon, RoundedRectangle, Tank, UniformTank
+from slosh_ros.tank.triangulation import corner_angles
 
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slosh_ros.errors import InputError
 from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients, full_sphere
 from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
+from slosh_ros.hydro.volume import volume_coefficients
 from slosh_ros.tank import (
     Capsule,
     Circle,
@@ -48,7 +48,7 @@ def coefficients_of(
     if isinstance(tank, UprightCylinder):
         return cylinder_z_coefficients(tank, depth, density, count)
     if isinstance(tank, MeshTank) or (isinstance(tank, Capsule) and not tank.is_sphere):
-        raise InputError('the route for such tanks is still to come')
+        return volume_coefficients(tank, depth, density, count)
     if isinstance(tank, Capsule):
         liquid = tank.filled(depth)
         if depth == tank.height:

@@ -187,30 +187,28 @@ def _functions(
     if isinstance(section, Polygon):
         assert not isinstance(resolution, Resolution)
         width = moments.width or section.bounding_box[0]  # a full section has no surface
-        waves = _shortest_wave(modes, tank.length, width)
-        lowest = np.pi / tank.length
-        return polygon_functions(section, depth, (lowest, waves), resolution or DEFAULT_TRIANGLES)
+        across = max(_WAVES * half_waves(modes, tank.length, width), _FEWEST_WAVES)
+        waves = np.pi / tank.length, np.pi / width * across
+        return polygon_functions(section, depth, waves, resolution or DEFAULT_TRIANGLES)
     assert isinstance(section, SymmetricSection)
     assert not isinstance(resolution, TriangleResolution)
     half = half_section(section, depth, resolution or DEFAULT)
     return [half.whole(parity) for parity in (Parity.EVEN, Parity.ODD)]
 
 
-def _shortest_wave(modes: int | Sequence[str], length: float, width: float) -> float:
+def half_waves(modes: int | Sequence[str], length: float, width: float) -> float:
     """
-    Wave number beyond those of the modes, as they are counted on a rectangle.
+    Half-waves across the surface in the lowest coupling modes, as they are counted on a rectangle.
 
     Of the pairs (a, b), half-waves along and across, inside a quarter of an ellipse with the half
     axes n L/W and n, those couple that are odd or zero: n (1 + L/W)/2 on the axes and
-    pi/16 n^2 L/W between.
+    pi/16 n^2 L/W between. Modes that are named tell theirs.
     """
     ratio = length / width
     if not isinstance(modes, int):
-        n = max(np.hypot(a / ratio, b) for a, b in map(mode_numbers, modes))
-        return float(max(_WAVES * n, _FEWEST_WAVES) * np.pi / width)
+        return float(max(np.hypot(a / ratio, b) for a, b in map(mode_numbers, modes)))
     on_axes, between = (1.0 + ratio) / 2.0, np.pi / 16.0 * ratio
-    n = 2.0 * modes / (on_axes + np.sqrt(on_axes**2 + 4.0 * between * modes))
-    return float(max(_WAVES * n, _FEWEST_WAVES) * np.pi / width)
+    return float(2.0 * modes / (on_axes + np.sqrt(on_axes**2 + 4.0 * between * modes)))
 
 
 class _Mode(NamedTuple):

@@ -1,0 +1,268 @@
+"""
+Modes of a liquid of any shape among products of splines.
+
+In weak form, K psi = kappa S psi with the stiffness K and the free surface's S. A liquid that is
+symmetric about x = 0 or y = 0 is folded onto one side of it, its surface with it: even functions
+take all splines there, odd ones those that vanish in the plane.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cholesky, eigh, solve_triangular
+from scipy.spatial import cKDTree
+
+from slosh_ros.errors import InputError
+from slosh_ros.hydro.coefficients import Array
+from slosh_ros.hydro.volume_pieces import cut
+from slosh_ros.hydro.volume_splines import Axis, Forms
+from slosh_ros.tank.surface import LiquidSurface
+
+# Splines that barely reach into the liquid are all but undetermined. All of the box is therefore
+# filled with a medium of so small a share of the liquid's stiffness; 1e-8 moves kappa by some
+# 1e-7. The larger shares are for surfaces whose extrapolation leaves holes.
+_MEDIUM = (1e-8, 1e-7, 1e-6, 1e-5)
+_TIED = 0.1  # share of a mode's energy in the medium that tells that nothing else holds it
+_OUTSIDE = 1e-12  # share of its energy that a spline has at least in the liquid, to take part
+_SMOOTH = 1e-12  # [of the largest 1/kappa] below which the free surface does not know a mode
+_CONSTANT = 1e3  # [1/m, over the height] where the constant is put among the kappa
+
+# whether the couplings 1..6 are of potentials odd in x, and odd in y
+_ODD = np.array([[1, 0], [0, 1], [2, 2], [0, 1], [1, 0], [1, 1]])
+
+Parity = tuple[bool, bool]
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """
+    Modes of one parity, for unit density and an integral of f^2 over the free surface of 1.
+
+    Attributes
+    ----------
+    odd : tuple of bool
+        Whether they are odd in x and in y.
+    kappa : array, shape (m,)
+        omega^2/g, rising [1/m].
+    psi : array, shape (n, m)
+        Their potentials among all splines.
+    coupling : array, shape (m, 6)
+        lambda_1, lambda_2, 0, lambda_4, lambda_5, lambda_6.
+    rotation : array, shape (n, 3)
+        The potentials Omega_4, Omega_5, Omega_6 among all splines, those of this parity.
+    inertia : array, shape (3, 3)
+        Their share of the Stokes-Joukowski inertia [m^5].
+    """
+
+    odd: Parity
+    kappa: Array
+    psi: Array
+    coupling: Array
+    rotation: Array
+    inertia: Array
+
+
+def families(forms: Forms, symmetric: Parity) -> list[Family]:
+    """
+    Solve for the modes of every parity that couples with a motion of the tank.
+
+    Parameters
+    ----------
+    forms : Forms
+        Integrals over the liquid, folded where it is symmetric.
+    symmetric : tuple of bool
+        Whether it is, about x = 0 and about y = 0.
+    """
+    x_planes, y_planes = ((False, True) if plane else (False,) for plane in symmetric)
+    found = []
+    for odd in itertools.product(x_planes, y_planes):
+        couples = np.all((odd == _ODD) | ~np.array(symmetric), axis=1) & (_ODD[:, 0] != 2)
+        if couples.any():
+            found.append(_family(forms, odd, couples))
+    return found
+
+
+def _family(forms: Forms, odd: Parity, couples: NDArray[np.bool_]) -> Family:
+    shape = tuple(axis.functions for axis in forms.axes)
+    wanted = (np.diag(forms.stiffness) > _OUTSIDE * forms.scale).reshape(shape)
+    wanted[: int(odd[0])] = False
+    wanted[:, : int(odd[1])] = False
+    top = np.zeros(shape, dtype=bool)
+    top[..., -1] = True
+    below, above = (np.flatnonzero((wanted & part).ravel()) for part in (~top, top))
+    among = np.concatenate([below, above])
+    on_top = np.flatnonzero(wanted[..., -1])
+    inner = len(below)
+    if not inner or not len(above):
+        raise InputError('the surface of the liquid is not turned outwards')
+
+    # all splines to the same energy in the whole box
+    size = 1.0 / np.sqrt(forms.scale[among])
+    stiffness = forms.stiffness[np.ix_(among, among)] * size[:, np.newaxis] * size
+    surface = forms.surface[np.ix_(on_top, on_top)] * size[inner:, np.newaxis] * size[inner:]
+    level = forms.surface_one[on_top] * size[inner:]
+    if not any(odd):
+        # modes have no mean over the free surface and do not feel this; the constant does
+        area = float(forms.surface_one.sum())
+        height = float(np.ptp(forms.axes[2].breaks))
+        stiffness[inner:, inner:] += _CONSTANT / (height * area) * np.outer(level, level)
+    lower, medium = _cholesky(stiffness)
+
+    top_lower = lower[inner:, inner:]
+    half = solve_triangular(top_lower, surface, lower=True, check_finite=False)
+    response = solve_triangular(top_lower, half.T, lower=True, check_finite=False)
+    values, vectors = eigh((response + response.T) / 2.0)
+    good = np.flatnonzero(values > _SMOOTH * values[-1])[::-1]
+    kappa = 1.0 / values[good]
+    psi = np.zeros((forms.stiffness.shape[0], len(kappa)))
+    crest = solve_triangular(top_lower.T, vectors[:, good], check_finite=False) * np.sqrt(kappa)
+    depth = solve_triangular(
+        lower[:inner, :inner].T, -lower[inner:, :inner].T @ crest, check_finite=False
+    )
+    psi[among] = np.concatenate([depth, crest])
+    if np.sum(psi[:, 0] ** 2) * medium > _TIED * kappa[0]:
+        raise InputError('the liquid is not one pool, but several that do not touch')
+    psi[among] *= size[:, np.newaxis]
+
+    pushes = np.where(couples[:, np.newaxis], forms.pushes[:, among], 0.0)
+    turning = solve_triangular(lower, (pushes[3:] * size).T, lower=True, check_finite=False)
+    rotation = np.zeros((len(psi), 3))
+    rotation[among] = solve_triangular(lower.T, turning, check_finite=False) * size[:, np.newaxis]
+    return Family(
+        odd=odd,
+        kappa=kappa,
+        psi=psi,
+        coupling=(pushes @ psi[among] / kappa).T,
+        rotation=rotation,
+        inertia=turning.T @ turning,
+    )
+
+
+def _cholesky(stiffness: Array) -> tuple[Array, float]:
+    """Lower factor of the stiffness with as little as possible of the medium, and how much."""
+    for share in _MEDIUM:
+        filled = stiffness.copy()
+        filled[np.diag_indices_from(filled)] += share
+        try:
+            lower = cholesky(filled, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            continue
+        return np.asarray(lower), share
+    raise InputError(
+        'the surface of the liquid is not closed, or its triangles are not all turned outwards'
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SplinePotentials:
+    """
+    The potentials of modes, and of rotation about O under a closed lid.
+
+    Attributes
+    ----------
+    axes : tuple of three Axis
+        Of the splines.
+    symmetric : tuple of bool
+        Whether x and y are folded.
+    odd : array of bool, shape (n, 2)
+        Parity of the modes in x and y.
+    psi : array, shape (splines, n)
+        The modes.
+    rotation_odd : array of bool, shape (m, 2)
+        Parity of parts of the potentials of rotation.
+    rotation : array, shape (splines, m, 3)
+        These parts, which add up to Omega_4, Omega_5, Omega_6.
+    """
+
+    axes: tuple[Axis, Axis, Axis]
+    symmetric: Parity
+    odd: NDArray[np.bool_]
+    psi: Array
+    rotation_odd: NDArray[np.bool_]
+    rotation: Array
+
+    def modes(self, points: Array) -> Array:
+        """Potentials phi_j of the modes, shape (p, n) [-]."""
+        return self._values(points, self.psi) * self._signs(points, self.odd)
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        """Potentials Omega_4, Omega_5, Omega_6 of rotation, shape (p, 3) [m^2]."""
+        parts = self._values(points, self.rotation.reshape(len(self.rotation), -1))
+        parts = parts.reshape(len(points), -1, 3)
+        signs = self._signs(points, self.rotation_odd)
+        return np.asarray(np.einsum('pm,pmk->pk', signs, parts))
+
+    def speeds(self, points: Array, normals: Array) -> Array:
+        """
+        Squared velocity of each mode along the wall [1/m^2], at one side of folded planes.
+
+        Parameters
+        ----------
+        points, normals : array, shape (p, 3)
+            Of the wall, in the folded liquid.
+
+        Returns
+        -------
+        array, shape (p, n)
+            The squares.
+        """
+        gradient = np.stack([self._values(points, self.psi, axis) for axis in range(3)], axis=-1)
+        through = np.einsum('pnk,pk->pn', gradient, normals)
+        return np.asarray(np.sum(gradient**2, axis=-1) - through**2)
+
+    def _values(self, points: Array, columns: Array, slope: int | None = None) -> Array:
+        """Values, or slopes along an axis, of combinations of the splines, shape (p, columns)."""
+        where = points.copy()
+        for k in np.flatnonzero(self.symmetric):
+            where[:, k] = np.abs(where[:, k])
+        values = np.empty((len(points), columns.shape[1]))
+        x, y, z = (axis.functions for axis in self.axes)
+        # z first: its sums are shared by all points of the same height only, so in chunks
+        for some in np.array_split(np.arange(len(points)), len(points) // 2000 + 1):
+            of_x, of_y, of_z = (
+                axis.at(where[some, k], int(k == slope)) for k, axis in enumerate(self.axes)
+            )
+            planes = of_x @ columns.reshape(x, -1)
+            lines = np.einsum('py,pyc->pc', of_y, planes.reshape(len(some), y, -1))
+            values[some] = np.einsum('pz,pzc->pc', of_z, lines.reshape(len(some), z, -1))
+        return values
+
+    def _signs(self, points: Array, odd: NDArray[np.bool_]) -> Array:
+        sides = np.where(points[:, np.newaxis, :2] < 0.0, -1.0, 1.0)
+        return np.asarray(np.prod(np.where(odd, sides, 1.0), axis=2))
+
+
+def symmetries(surface: LiquidSurface, tolerance: float = 1e-6) -> Parity:
+    """
+    Tell whether a liquid is its own mirror image about x = 0, and about y = 0.
+
+    All corners must have theirs, within a share of the liquid's size. What is left then are
+    diagonals of quadrangles, drawn the one way here and the other way there; folding takes the
+    mean of both.
+    """
+    corners = np.unique(surface.triangles.reshape(-1, 3), axis=0)
+    size = tolerance * float(np.ptp(corners, axis=0).max())
+    tree = cKDTree(corners)
+    found = [
+        bool(np.all(tree.query(corners * mirror)[0] < size))
+        for mirror in ([-1.0, 1.0, 1.0], [1.0, -1.0, 1.0])
+    ]
+    return found[0], found[1]
+
+
+def folded(surface: LiquidSurface, symmetric: Parity) -> LiquidSurface:
+    """Fold a surface onto the positive side of x = 0 and of y = 0; sheets lie on each other."""
+
+    def fold(triangles: Array) -> Array:
+        for k in (k for k in range(2) if symmetric[k]):
+            triangles = cut(triangles, k, np.zeros(1))
+            behind = triangles.mean(axis=1)[:, k] < 0.0
+            triangles[behind, :, k] *= -1.0
+            triangles[behind] = triangles[behind][:, ::-1]
+        return triangles
+
+    return LiquidSurface(fold(surface.wall), fold(surface.free))

@@ -1,0 +1,287 @@
+"""Coefficients of a liquid in any closed surface, by splines that its wall cuts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from enclosed import Enclosed, box, drum, pipe, turned
+from numpy.typing import NDArray
+from wetted import wetted
+
+from slosh_ros.constants import GRAVITY
+from slosh_ros.errors import InputError
+from slosh_ros.hydro import ModalCoefficients, coefficients_of
+from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
+from slosh_ros.tank.surface import LiquidSurface
+
+Array = NDArray[np.float64]
+
+BOX, PIPE, DRUM = box(8.0, 2.0, 1.6), pipe(1.2, 5.75), drum(1.2, 2.0)
+ROUGH = VolumeResolution(triangles=4000)
+_CASES = {
+    'box': (BOX, 0.8, 8), 'drum': (DRUM, 0.9, 6), 'shallow pipe': (PIPE, 0.2, 8),
+    'pipe, half full': (PIPE, 1.2, 8), 'pipe, 3/4 deep': (PIPE, 1.8, 8),
+}  # fmt: skip
+
+
+class Solved:
+    """A tank by the route of its shape, and by its surface."""
+
+    def __init__(self, tank: Enclosed, depth: float, modes: int) -> None:
+        self.tank, self.depth = tank, depth
+        self.exact: ModalCoefficients = coefficients_of(tank.tank, depth, 850.0, modes + 2)
+        self.found: ModalCoefficients = volume_coefficients(tank, depth, 850.0, modes, ROUGH)
+        self.order = [self.exact.names.index(name) for name in self.found.names]
+
+
+@pytest.fixture(scope='module', params=_CASES)
+def solved(request: pytest.FixtureRequest) -> Solved:
+    return Solved(*_CASES[request.param])
+
+
+def shares(c: ModalCoefficients) -> Array:
+    """lambda_k^2/mu over what of the frozen liquid it belongs to, shape (n, 6)."""
+    whole = np.array([c.mass, c.mass, np.inf, *np.diag(c.inertia_frozen)])
+    return np.asarray(c.coupling**2 / c.mu[:, np.newaxis] / whole)
+
+
+# --- against other routes ------------------------------------------------------------------------
+
+
+def test_the_same_modes_as_by_the_route_of_the_shape(solved: Solved) -> None:
+    """Frequencies and shares to four digits; of small couplings, to 1 % of the liquid."""
+    exact, found = solved.exact, solved.found
+    assert found.omega == pytest.approx(exact.omega[solved.order], rel=1e-4)
+    assert shares(found) == pytest.approx(shares(exact)[solved.order], rel=3e-4, abs=2e-6)
+
+
+def test_the_slosh_masses_hang_where_they_do_by_the_route_of_the_shape(solved: Solved) -> None:
+    """lambda_5/lambda_1 and lambda_4/lambda_2 [m], of the modes that move with surge and sway."""
+    for push, turn in ((0, 4), (1, 3)):
+        strong = shares(solved.found)[:, push] > 1e-3
+        ours, exact = (
+            c.coupling[:, turn] / np.where(c.coupling[:, push] == 0.0, 1.0, c.coupling[:, push])
+            for c in (solved.found, solved.exact)
+        )
+        assert strong.any()
+        assert ours[strong] == pytest.approx(exact[solved.order][strong], rel=5e-4)
+
+
+def test_shapes_have_the_same_scale_and_sign(solved: Solved) -> None:
+    """Largest |f| = 1, a crest towards -x, -y: mu and lambda themselves are the same."""
+    exact, found = solved.exact, solved.found
+    assert found.mu == pytest.approx(exact.mu[solved.order], rel=1e-2)
+    strong = shares(found) > 1e-3
+    assert found.coupling[strong] == pytest.approx(exact.coupling[solved.order][strong], rel=5e-3)
+    sampled = np.abs(found.surface_shapes).max(axis=0)
+    assert np.all((sampled > 0.97) & (sampled <= 1.0))
+
+
+def test_inertia_under_a_closed_lid(solved: Solved) -> None:
+    exact = solved.exact.inertia_stokes_joukowski
+    found = solved.found.inertia_stokes_joukowski
+    assert found == pytest.approx(exact, rel=1e-4, abs=3e-6 * exact.max())
+    assert np.linalg.eigvalsh(solved.found.inertia_frozen - found).min() > 0.0
+
+
+def test_friction_at_the_wall(solved: Solved) -> None:
+    found, exact = solved.found.wall_friction, solved.exact.wall_friction
+    assert found is not None
+    assert exact is not None
+    assert found == pytest.approx(exact[solved.order], rel=1e-2)
+
+
+def test_error_is_an_honest_estimate(solved: Solved) -> None:
+    """Two grids tell how far the finer is from the truth."""
+    exact, found = solved.exact, solved.found
+    assert found.error is not None
+    assert found.error < 1e-3
+    off = np.abs(found.omega / exact.omega[solved.order] - 1.0).max()
+    share = np.abs(shares(found) - shares(exact)[solved.order])
+    coupling = np.max(share / np.maximum(shares(exact)[solved.order], 0.01)) / 2.0
+    assert max(off, coupling) < found.error + 2e-5
+
+
+# --- identities ----------------------------------------------------------------------------------
+
+
+def test_modes_add_up_to_the_surface_moments() -> None:
+    """Parseval: sum of g lambda_1^2/(mu omega^2) = rho I_xx, from below, THEORY 2.2."""
+    c = volume_coefficients(BOX, 0.8, 850.0, 12)
+    left = np.diag(c.static_residual) / np.diag(850.0 * c.liquid.surface_inertia)
+    for axis, letter in enumerate('xy'):
+        # the mode of a half-waves has 96/(pi a)^4 of it
+        alone = [name for name in c.names if name.startswith(letter) and 'y' not in name[1:]]
+        a = np.array([float(name[1:]) for name in alone])
+        assert len(a) == (6, 1)[axis]
+        assert left[axis] == pytest.approx(1.0 - 96.0 / np.pi**4 * np.sum(a**-4.0), abs=2e-6)
+
+
+@pytest.mark.parametrize('depth', [0.6, 1.2, 1.9])
+def test_sway_of_a_pipe_hangs_from_its_axis(depth: float) -> None:
+    """Pressure passes through the axis: lambda_4 = -lambda_2 (z_axis - g/omega^2), THEORY 4."""
+    c = volume_coefficients(PIPE, depth, 850.0, 6, ROUGH)
+    sway = [name.startswith('y') for name in c.names]
+    push, turn = c.coupling[sway, 1], c.coupling[sway, 3]
+    arm = 1.2 - depth - GRAVITY / c.omega[sway] ** 2
+    assert len(push) > 0
+    assert turn == pytest.approx(-push * arm, rel=2e-4)
+    half_full = abs(depth - 1.2) < 1e-9
+    if half_full:  # published 1.3557, THEORY 4
+        assert c.omega[c.names.index('y1')] ** 2 / GRAVITY * 1.2 == pytest.approx(1.3557, abs=1e-4)
+
+
+def test_a_body_of_revolution_gives_pairs_along_x_and_y() -> None:
+    """Also if its triangles are not symmetric; and J_66 = 0, lambda_6 = 0."""
+    exact = coefficients_of(DRUM.tank, 0.9, 850.0, 4)
+    for tank in (DRUM, drum(1.2, 2.0, sides=29)):
+        c = volume_coefficients(tank, 0.9, 850.0, 4, ROUGH)
+        assert c.names == ('x1', 'y1', 'x3', 'y3')
+        assert c.omega == pytest.approx(exact.omega, rel=3e-4)
+        share = shares(c)
+        assert np.abs(c.coupling[[0, 2], 1]).max() < 1e-4 * np.abs(c.coupling[:, 1]).max()
+        assert share[:2] == pytest.approx(shares(exact)[:2], rel=1e-3, abs=1e-6)
+        assert share[:, 5].max() < 1e-8
+        assert abs(c.inertia_stokes_joukowski[2, 2]) < 1e-6 * c.inertia_frozen[2, 2]
+
+
+# --- what the surface does not change ------------------------------------------------------------
+
+
+def test_slivers_do_no_harm() -> None:
+    """The same box in triangles of random shape, most of them bad."""
+    rng = np.random.default_rng(7)
+
+    def shattered(depth: float, size: float) -> LiquidSurface:
+        surface = BOX.surface(depth, size)
+
+        def split(triangles: Array) -> Array:
+            for _ in range(2):
+                weights = rng.dirichlet([0.2, 0.2, 0.2], len(triangles))
+                inner = np.einsum('nk,nkd->nd', weights, triangles)
+                around = (np.roll(triangles, -k, axis=1) for k in range(3))
+                triangles = np.concatenate(
+                    [np.stack([t[:, 0], t[:, 1], inner], axis=1) for t in around]
+                )
+            return triangles
+
+        return LiquidSurface(split(surface.wall), split(surface.free))
+
+    plain = volume_coefficients(BOX, 0.8, 850.0, 4)
+    broken = volume_coefficients(replace(BOX, surface=shattered), 0.8, 850.0, 4)
+    assert broken.omega == pytest.approx(plain.omega, rel=1e-5)
+    assert shares(broken) == pytest.approx(shares(plain), rel=1e-4, abs=1e-7)
+    assert broken.inertia_stokes_joukowski == pytest.approx(
+        plain.inertia_stokes_joukowski, rel=1e-4, abs=1.0
+    )
+
+
+def test_turned_about_the_vertical_axis() -> None:
+    """A tank that is not symmetric about x = 0 and y = 0: nothing but directions changes."""
+    angle = 0.5
+    exact = coefficients_of(BOX.tank, 0.8, 850.0, 4)
+    c = volume_coefficients(turned(BOX, angle), 0.8, 850.0, 4)
+    assert c.omega == pytest.approx(exact.omega, rel=1e-4)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    for part in (np.s_[:, :2], np.s_[:, 3:5]):
+        ours, theirs = (
+            np.einsum('ni,nj->nij', k.coupling[part], k.coupling[part]) / k.mu[:, None, None]
+            for k in (c, exact)
+        )
+        straight = np.einsum('ij,njk,lk->nil', turn, ours, turn)
+        for axis in range(2):
+            assert straight[:, axis, axis] == pytest.approx(
+                theirs[:, axis, axis], rel=3e-4, abs=1e-5 * theirs.max()
+            )
+    straight = np.eye(3)
+    straight[:2, :2] = turn
+    assert straight @ c.inertia_stokes_joukowski @ straight.T == pytest.approx(
+        exact.inertia_stokes_joukowski, rel=1e-4, abs=1.0
+    )
+
+
+def test_smooth_walls_are_extrapolated() -> None:
+    """Some 1000 triangles give the three digits of many."""
+    exact = coefficients_of(PIPE.tank, 1.2, 850.0, 4)
+    coarse = volume_coefficients(PIPE, 1.2, 850.0, 4, VolumeResolution(triangles=1000))
+    assert coarse.omega == pytest.approx(exact.omega, rel=1e-3)  # 1e-2 without
+
+
+# --- potentials ----------------------------------------------------------------------------------
+
+
+def test_potentials_have_the_integrals_that_are_reported(solved: Solved) -> None:
+    """Eqs (10)-(12), Green's identity, the energy under a lid: by quadrature on the true wall."""
+    c, kappa = solved.found, solved.found.omega**2 / GRAVITY
+    assert c.potentials is not None
+    wall, lid = wetted(solved.tank.tank, solved.depth)
+    closed = wall + lid
+    f = c.potentials.modes(lid.points)
+    assert 850.0 / kappa * (lid.weights @ f**2) == pytest.approx(c.mu, rel=1e-4)
+    push = 850.0 * (lid.weights * lid.points[:, :2].T) @ f
+    assert pytest.approx(c.coupling[:, :2], abs=1e-4 * np.abs(push).max()) == push.T
+    turn = np.cross(closed.points, closed.normals)
+    turned = 850.0 / kappa * ((closed.weights * turn.T) @ c.potentials.modes(closed.points))
+    assert pytest.approx(c.coupling[:, 3:], abs=2e-4 * np.abs(turned).max()) == turned.T
+
+    rotation = c.potentials.stokes_joukowski(closed.points)
+    inertia = 850.0 * (closed.weights * rotation.T) @ turn
+    expected = c.inertia_stokes_joukowski
+    assert inertia == pytest.approx(expected, rel=1e-4, abs=1e-4 * expected.max())
+    mean = lid.weights @ c.potentials.stokes_joukowski(lid.points)
+    assert np.abs(mean).max() < 1e-4 * np.abs(rotation).max() * lid.weights.sum()
+
+
+def test_potentials_are_those_of_the_shape(solved: Solved) -> None:
+    """On the wall and the lid, everywhere, signs and mirror images included."""
+    wall, lid = wetted(solved.tank.tank, solved.depth)
+    points = (wall + lid).points[::11]
+    assert solved.found.potentials is not None
+    assert solved.exact.potentials is not None
+    ours, exact = solved.found.potentials, solved.exact.potentials
+    modes = exact.modes(points)[:, solved.order]
+    assert np.abs(ours.modes(points) - modes).max() < 5e-3
+    rotation = exact.stokes_joukowski(points)
+    error = np.abs(ours.stokes_joukowski(points) - rotation)
+    assert error.max() < 2e-3 * np.abs(rotation).max()
+
+
+def test_shapes_at_the_surface_points_are_the_potentials(solved: Solved) -> None:
+    c = solved.found
+    assert c.potentials is not None
+    on_top = np.pad(c.surface_points, ((0, 0), (0, 1)))
+    assert c.potentials.modes(on_top) == pytest.approx(c.surface_shapes, abs=1e-12)
+
+
+# --- bad surfaces --------------------------------------------------------------------------------
+
+
+def test_surfaces_that_enclose_nothing_are_refused() -> None:
+    def holed(depth: float, size: float) -> LiquidSurface:
+        surface = BOX.surface(depth, size)
+        return replace(surface, wall=surface.wall[2:])
+
+    def inside_out(depth: float, size: float) -> LiquidSurface:
+        surface = BOX.surface(depth, size)
+        return LiquidSurface(surface.wall[:, ::-1], surface.free[:, ::-1])
+
+    for bad, words in ((holed, 'not closed'), (inside_out, 'not turned outwards')):
+        with pytest.raises(InputError, match=words):
+            volume_coefficients(replace(BOX, surface=bad), 0.8, 850.0, 2)
+
+
+def test_two_pools_are_refused() -> None:
+    half = box(2.0, 2.0, 1.6)
+
+    def apart(depth: float, size: float) -> LiquidSurface:
+        pool = half.surface(depth, size)
+        aside = np.array([3.0, 0.0, 0.0])
+        return LiquidSurface(
+            np.concatenate([pool.wall - aside, pool.wall + aside]),
+            np.concatenate([pool.free - aside, pool.free + aside]),
+        )
+
+    with pytest.raises(InputError, match='not one pool'):
+        volume_coefficients(replace(BOX, surface=apart), 0.8, 850.0, 2)
