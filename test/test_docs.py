@@ -148,17 +148,15 @@ def test_arguments_of_launch_files_are_listed() -> None:
 
 # --- topics ------------------------------------------------------------------------------------
 
-LISTED = """/**:
+TANKS = """/**:
   ros__parameters:
-    tank:
-      shape: rectangular
-      length: 2.0
-      width: 1.0
-      height: 1.0
-      fill_ratio: 0.5
-      pressure:
-        wall: [1.0, 0.0, -0.3]
-/**/rollover_node:
+    tanks: [{names}]
+    front: {tank}
+    rear: {tank}
+    front.pressure.wall: [1.0, 0.0, -0.3]
+"""
+TANK = '{shape: rectangular, length: 2.0, width: 1.0, height: 1.0, fill_ratio: 0.5}'
+VEHICLE = """/**/rollover_node:
   ros__parameters:
     vehicle:
       mass: 10000.0
@@ -169,10 +167,13 @@ LISTED = """/**:
       roll_axis: 0.5
       roll_stiffness: 2.0e6
 """
-RUNS = {
-    'slosh_node': ((), ('-p', 'input.source:=twist')),
-    'rollover_node': ((),),
-    'vehicle_node': (('-p', 'vehicle:=general'),),
+ONE = TANKS.replace('    rear: {tank}\n', '').format(names='front', tank=TANK)
+TWO = TANKS.format(names='front, rear', tank=TANK)
+# parameter file and further arguments of each run that one needs to see all of a node
+RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
+    'slosh_node': ((ONE,), (TWO, '-p', 'input.source:=twist')),
+    'rollover_node': ((ONE + VEHICLE,),),
+    'vehicle_node': (('/**: {ros__parameters: {vehicle: general}}',),),
 }
 _EVERY_NODE_HAS = re.compile(
     r'/rosout|/parameter_events|.*/(get|set|list|describe)_parameter.*|.*type_description'
@@ -190,7 +191,8 @@ def in_documentation(node: str) -> set[tuple[str, str, str]]:
             direction = 'service'
         name = name.split('`')[1].replace('<point>', 'wall')
         name = name.replace('~', f'/{node}') if '~' in name else f'/{name.lstrip("/")}'
-        told.add((direction, name, kind))
+        names = [name.replace('<tank>', tank) for tank in ('front', 'rear')]
+        told |= {(direction, name, kind) for name in names}
     return told
 
 
@@ -198,12 +200,12 @@ def in_documentation(node: str) -> set[tuple[str, str, str]]:
 @pytest.mark.parametrize('node', RUNS)
 def test_topics_are_those_of_the_running_node(node: str, tmp_path: Path) -> None:
     rig = pytest.importorskip('ros_rig')
-    file = tmp_path / 'listed.yaml'
-    file.write_text(LISTED if node != 'vehicle_node' else LISTED.partition('/**/')[0])
-    files = ('--params-file', str(file)) if node != 'vehicle_node' else ()
     seen: set[tuple[str, str, str]] = set()
     told = in_documentation(node)
-    for k, options in enumerate(RUNS[node]):
+    for k, (parameters, *options) in enumerate(RUNS[node]):
+        file = tmp_path / f'{k}.yaml'
+        file.write_text(parameters)
+        files = ('--params-file', str(file))
         with (
             rig.NodeProcess(node, tmp_path / f'{k}.log', *files, *options) as process,
             rig.Driver() as driver,
