@@ -14,8 +14,11 @@ from test_launch import ARGUMENTS
 from slosh_ros.bag.writer import COLUMNS, ROLLOVER_COLUMNS
 from slosh_ros.engine import SloshConfig, Verdict
 from slosh_ros.modal import validity
+from slosh_ros.study.tanks import liquids_of
+from slosh_ros.vehicle.scenario import Scenario
 
 DOCS = REPOSITORY / 'docs'
+BRAKE = REPOSITORY / 'config' / 'scenarios' / 'brake.yaml'
 PAGES = {path.relative_to(DOCS).as_posix(): path.read_text() for path in DOCS.rglob('*.md')}
 EVERY_PAGE = '\n'.join(PAGES.values())
 BLOCK = re.compile(r'^```(\w+)\n(.*?)^```', re.DOTALL | re.MULTILINE)
@@ -113,6 +116,17 @@ def test_columns_are_listed() -> None:
     totals = ' '.join(f'`total_{part}{axis}`' for part in 'fm' for axis in 'xyz')
     told = re.findall(r'`([^`]+)`', listed.replace('`total_fx` to `total_mz`', totals))
     assert told == [*COLUMNS.split(','), 'p_<point>', *ROLLOVER_COLUMNS.split(',')]
+
+
+def test_columns_of_a_history_are_listed() -> None:
+    history = Scenario.from_file(BRAKE).simulate(liquids_of(SloshConfig.from_file(BRAKE)), 0.05)
+    columns = [
+        re.sub('^fz_.*', 'fz_<axle><side>', re.sub('^beta_.*', 'beta_<mode>', name))
+        for name in history.columns
+    ]
+    listed = ' '.join(row[0] for row in rows('reference/files.md', 'CSV of slosh simulate'))
+    spelt = re.sub(r'`fz_\d[lr]`', '', listed)
+    assert re.findall(r'`([^`]+)`', spelt) == list(dict.fromkeys(columns))
 
 
 def test_verdicts_are_listed() -> None:
