@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from conftest import REPOSITORY
+from test_architecture import HOUSE
 from test_launch import ARGUMENTS
 
 from slosh_ros.bag.writer import COLUMNS, ROLLOVER_COLUMNS
@@ -109,6 +110,11 @@ def test_parameters_and_options_are_listed() -> None:
     assert '| `--duration NUMBER` | ' in reference.command_table('replay')
     assert '| `BAG` | needed | ' in reference.command_table('replay')
     assert '| `--json` | ' in reference.command_table('modes')
+
+
+def test_rooms_of_the_house_are_listed() -> None:
+    told = re.findall(r'`(\w+)`', ' '.join(row[0] for row in rows('reference/layout.md')))
+    assert sorted(told) == sorted(room for floor in HOUSE for room in floor)
 
 
 def test_columns_are_listed() -> None:
