@@ -1,5 +1,6 @@
 """The manual: `make docs` builds it into build/docs."""
 
+import re
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -29,7 +30,7 @@ napoleon_use_ivar = True
 nitpick_ignore_regex = [('py:.*', r'(?!slosh_ros\.).*')]  # words of a type, as "array"
 autodoc_typehints = 'none'
 autodoc_member_order = 'bysource'
-autodoc_class_signature = 'separated'
+toc_object_entries = False
 
 html_theme = 'furo'
 html_title = f'slosh_ros {release}'
@@ -37,3 +38,13 @@ html_static_path = ['_static']
 html_css_files = ['slosh.css']
 html_copy_source = html_show_sourcelink = False
 html_theme_options = {'source_repository': '', 'top_of_page_buttons': []}
+
+
+def _types_are_words(app, what, name, obj, options, lines):
+    """Keep the type of an attribute from being looked up: 'array, shape (3,)' is none."""
+    lines[:] = [re.sub(r'^(:vartype \w+:) (.*)', r'\1 ``\2``', line) for line in lines]
+
+
+def setup(app):
+    """Run after napoleon, which makes the fields."""
+    app.connect('autodoc-process-docstring', _types_are_words, priority=900)

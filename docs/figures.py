@@ -14,8 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Polygon, Rectangle
 
 from slosh_ros.engine import SloshConfig
+from slosh_ros.hydro import coefficients_of
+from slosh_ros.study.paper.draw import Curve, Panel, picture
 from slosh_ros.study.paper.trust import expectations
 from slosh_ros.study.plots import plot_modes
+from slosh_ros.tank import cylinder_x
 
 HERE = Path(__file__).resolve().parent
 IMAGES = HERE / 'images'
@@ -104,6 +107,25 @@ def modes() -> None:
     plot_modes('half-full tanker', tank.coefficients(), IMAGES / 'mode_shapes.png')
 
 
+def fill() -> None:
+    """Draw what sloshes over the fill of the tanker: periods, and shares of the liquid's mass."""
+    tank = cylinder_x(radius=1.125, length=14.0)
+    ratios = np.linspace(0.05, 0.95, 37)
+    found = [coefficients_of(tank, tank.depth(ratio), 1000.0, 24) for ratio in ratios]
+    panels = []
+    for name, row in (
+        ('natural period [s]', lambda c, j, k: 2.0 * np.pi / c.omega[j]),
+        ('sloshing mass of the mode [t]', lambda c, j, k: c.coupling[j, k] ** 2 / c.mu[j] / 1e3),
+    ):
+        curves = []
+        for mode, k, told in (('x1', 0, 'fore and aft, x1'), ('y1', 1, 'sideways, y1')):
+            values = [row(c, c.names.index(mode), k) for c in found]
+            curves.append(Curve(told, ratios, values))
+        panels.append(Panel(name, curves))
+    figure = picture('Horizontal cylinder, R = 1.125 m, L = 14 m, water', 'fill ratio [-]', panels)
+    figure.savefig(IMAGES / 'fill.png', dpi=120)
+
+
 def validity() -> None:
     """Draw how hard a tank may be shaken within linear theory, as `slosh paper` does."""
     (drawing,) = expectations().drawings
@@ -113,4 +135,5 @@ def validity() -> None:
 if __name__ == '__main__':
     frames()
     modes()
+    fill()
     validity()

@@ -1,4 +1,4 @@
-"""Every `slosh` command of the README runs as it stands there."""
+"""Every `slosh` command of the README and the manual runs as it stands there."""
 
 from __future__ import annotations
 
@@ -15,11 +15,20 @@ import slosh_ros.vehicle.rollover
 
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
 BLOCKS = re.findall(r'^```console\n(.*?)^```', README, re.DOTALL | re.MULTILINE)
-COMMANDS = [line for block in BLOCKS for line in block.splitlines() if line.startswith('slosh ')]
+MANUAL = [path.read_text(encoding='utf-8') for path in sorted(REPOSITORY.glob('docs/*/*.md'))]
+COMMANDS = sorted(
+    {
+        line
+        for text in (README, *MANUAL)
+        for block in re.findall(r'^```console\n(.*?)^```', text, re.DOTALL | re.MULTILINE)
+        for line in block.splitlines()
+        if line.startswith('slosh ')
+    }
+)
 
 
 @pytest.mark.parametrize('command', COMMANDS)
-def test_command_of_the_readme(command, tmp_path, monkeypatch):
+def test_command_of_readme_and_manual(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for folder in ('config', 'bags'):
         (tmp_path / folder).symlink_to(REPOSITORY / folder)

@@ -42,7 +42,7 @@ def parameter_list(node: str) -> str:
             default = '' if row.default is None else f', default {_literal(row.default)}'
             unit = f' [{row.unit}]' if row.unit else ''
             lines += [
-                f'`{row.name}` ({row.kind}{unit}{default})',
+                f'`{row.name}` ({row.kind}{unit}{default}{", *live*" * row.live})',
                 f': {row.meaning}' + (f'; {row.constraints}' if row.constraints else '') + '.',
                 '',
             ]
