@@ -91,6 +91,7 @@ class Watch:
         self._beyond_before = self._beyond
         values: dict[str, object] = dict(now)
         if self._loads is not None:
+            self._worst = max(self._worst, self._loads.trust, key=Trust.use)
             values['elevation_max [m]'] = f'{self._loads.elevation_max:.4f}'
             values['highest wave so far [m]'] = f'{self._highest:.4f}'
             values['linear theory'] = str(self._loads.trust)

@@ -9,12 +9,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool, Trigger
 
 from slosh_ros.engine import SloshConfig, SloshEngine, feed_message
-from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, input_type
+from slosh_ros.engine.cdr import imu_reading
+from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, ImuReading, input_type
 from slosh_ros.engine.parameters import resolved
 from slosh_ros.ros.calibration import CalibrationService
 from slosh_ros.ros.diagnostics import DISABLED, SEVERITY, Watch
@@ -30,7 +31,6 @@ _INPUTS = {
     TWIST: (Twist, 'twist'),
     TWIST_STAMPED: (TwistStamped, 'twist'),
 }
-_LEVEL_SENSOR = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _REPORT_PERIOD = 1.0  # [s]
 
 
@@ -51,9 +51,9 @@ class SloshNode(Node):
         self.create_service(SetBool, '~/set_enabled', self._on_set_enabled)
         self._calibration = CalibrationService(self, self.engine.config, values)
         kind, topic = _INPUTS[input_type(self.engine)]
-        # a Twist is stamped with its arrival; all others carry their stamp, and nobody asks
-        self._stamped = kind is not Twist
-        motion = MotionInput(self, kind, topic, self._on_motion, self._news)
+        raw = kind is Imu
+        take = self._on_imu if raw else self._on_twist
+        motion = MotionInput(self, kind, topic, take, self._news, raw=raw)
         self._watch = Watch(self.engine, self.get_name(), motion)
         # a steady clock: reports go on while simulated time stands still
         self.create_timer(
@@ -71,11 +71,19 @@ class SloshNode(Node):
         self._calibration.close()
         super().destroy_node()
 
-    def _on_motion(self, message: Any) -> None:
+    def _on_imu(self, raw: bytes) -> None:
+        reading = imu_reading(raw)
+        if reading is None:  # big-endian, say: what rclpy cannot read it does not deliver
+            reading = ImuReading.of(deserialize_message(raw, Imu))
+        self._on_motion(reading, 0)
+
+    def _on_twist(self, message: Twist | TwistStamped) -> None:
+        self._on_motion(message, self.get_clock().now().nanoseconds)
+
+    def _on_motion(self, message: Any, received: int) -> None:
         if not self._watch.enabled:
             self._watch.refuse(DISABLED)
             return
-        received = 0 if self._stamped else self.get_clock().now().nanoseconds
         verdict, loads = feed_message(self.engine, message, received)
         if loads is not None:
             self._watch.take(loads)
