@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from drives import RECTANGLE, G, engine_of, feed, stamps
 from scipy.spatial.transform import Rotation
 
+from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
 from slosh_ros.engine.kinematics import Pose
 from slosh_ros.errors import InputError
 from slosh_ros.ros.mounting import pose_of
@@ -48,3 +51,39 @@ def test_a_quarter_turn_to_the_left_takes_forward_to_left():
 def test_what_is_no_pose_is_refused(translation, quaternion):
     with pytest.raises(InputError, match=r'which is none; mend it, or give imu\.xyz'):
         pose_of(translation, quaternion)
+
+
+def test_engine_that_is_mounted_later_equals_one_that_always_was():
+    turned = {'imu.xyz': [1.0, 0.2, 0.5], 'imu.rpy': [0.02, -0.1, 0.4]}
+    config = SloshConfig.from_parameters(RECTANGLE | turned)
+    at_once, later = SloshEngine(config), engine_of()
+    feed(later, stamps(0.5, 0.01), (0.4, 0.0, G))
+    later.mount(config.imu)
+    for k, stamp in enumerate(stamps(1.0, 0.01)):
+        force, rate = [0.1 * k, -0.5, G], [0.01, 0.02, 0.001 * k]
+        sample = MotionSample.from_imu(stamp, force, rate)
+        one, other = at_once.feed(sample), later.feed(sample)
+        assert one[0] is other[0]
+        assert one[1].total.tolist() == other[1].total.tolist()
+        assert one[1].wrench.tolist() == other[1].wrench.tolist()
+
+
+@pytest.mark.ros
+def test_without_tf2_the_node_says_what_to_do(tmp_path):
+    """On the wheels there is no tf2_ros: the import really fails."""
+    pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
+    if find_spec('tf2_ros'):
+        pytest.skip('there is a tf2_ros here')
+    from ros_rig import NodeProcess
+
+    file = tmp_path / 'tank.yaml'
+    file.write_text(
+        '/**: {ros__parameters: {tank: {shape: sphere, radius: 1.0, fill_ratio: 0.5}}}\n'
+    )
+    with NodeProcess(
+        'slosh_node', tmp_path / 'node.log', '--params-file', str(file), '-p', 'imu.from_tf:=true'
+    ) as node:
+        assert node.exit_code() == 1
+        (line,) = node.output.splitlines()
+        assert line.startswith('error: imu.from_tf is true, but tf2_ros cannot be imported')
+        assert 'give imu.xyz and imu.rpy' in line

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine.config import SloshConfig
 from slosh_ros.engine.gate import SampleGate, Verdict
-from slosh_ros.engine.kinematics import AccelerationFilter, products
+from slosh_ros.engine.kinematics import AccelerationFilter, Pose, products
 from slosh_ros.engine.model import ACCELERATION, MOTION, TankModel, VehicleModel
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.carried import CarriedLiquid
@@ -195,6 +196,14 @@ class SloshEngine:
         mass = sum(tank.coefficients.mass for tank in self.tanks)
         moment = np.sum([tank.mass_moment for tank in self.tanks], axis=0)
         return moment / mass if mass else np.full(3, np.nan)
+
+    def mount(self, imu: Pose) -> None:
+        """Take another pose of the IMU in base_link; the liquid starts from rest."""
+        config = self.config = replace(self.config, imu=imu)
+        self._upwards = (imu.rotation.T @ [0.0, 0.0, GRAVITY]).tolist()
+        tanks = (TankModel(t.config, config.sensor, config.output_frame) for t in self.tanks)
+        self._use(VehicleModel(tuple(tanks)))
+        self.reset()
 
     def reset(self) -> None:
         """Forget the motion: the next good sample finds the liquid at rest."""

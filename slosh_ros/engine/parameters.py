@@ -62,6 +62,10 @@ PARAMETERS: tuple[Parameter, ...] = (
         -TURN, TURN,
     ),
     Parameter(
+        'imu.from_tf', 'bool', False,
+        'whether slosh_node takes the pose of the IMU from TF instead, once; replay knows no TF',
+    ),
+    Parameter(
         'imu.bias.specific_force', 'double[3]', [0.0, 0.0, 0.0],
         'what the accelerometer reads too much, in its own axes; subtracted', 'm/s^2', -5.0, 5.0,
     ),

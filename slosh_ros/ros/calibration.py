@@ -12,7 +12,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from slosh_ros.engine import Loads, SloshConfig, Verdict
+from slosh_ros.engine import Loads, SloshEngine, Verdict
 from slosh_ros.engine.calibration import Assumption, Calibration
 from slosh_ros.errors import InputError
 from slosh_ros.parameters import Values
@@ -32,14 +32,14 @@ class CalibrationService:
     ----------
     node : Node
         Whose service it is.
-    config : SloshConfig
-        Of its engine.
+    engine : SloshEngine
+        Of the samples.
     values : Values
         The parameters `calibration.*`.
     """
 
-    def __init__(self, node: Node, config: SloshConfig, values: Values) -> None:
-        self._config = config
+    def __init__(self, node: Node, engine: SloshEngine, values: Values) -> None:
+        self._engine = engine
         self._duration = values.number('calibration.duration')
         self._assumption = _ASSUMPTIONS[values.string('calibration.finds')]
         self._file = Path(values.string('calibration.file')).expanduser().absolute()
@@ -66,7 +66,7 @@ class CalibrationService:
         if running is None:
             return
         if verdict is not Verdict.ACCEPTED:
-            running = self._running = Calibration(self._config.imu)
+            running = self._running = Calibration(self._engine.config.imu)
         running.take(loads.sample)
         if running.duration >= self._duration:
             self._running = None
@@ -92,10 +92,10 @@ class CalibrationService:
         return response
 
     def _calibrate(self) -> str:
-        if self._config.source != 'imu':
+        if self._engine.config.source != 'imu':
             raise InputError('there is no IMU to calibrate: input.source is twist')
         self._collected = SimpleQueue()
-        self._running = Calibration(self._config.imu)
+        self._running = Calibration(self._engine.config.imu)
         patience = 3.0 * self._duration + _PATIENCE
         try:
             collected = self._collected.get(timeout=patience)

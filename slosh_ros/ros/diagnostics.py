@@ -13,6 +13,7 @@ from slosh_ros.ros.motion_input import MotionInput
 from slosh_ros.ros.news import ERROR, INFO, WARNING
 
 DISABLED = 'not used: disabled by ~/set_enabled'
+UNMOUNTED = 'not used: TF has not told the pose of its frame_id in base_link'
 RUNNING = 'running'
 SEVERITY = {  # in the log
     DiagnosticStatus.OK: INFO,
@@ -119,6 +120,9 @@ class Watch:
         samples = {v: news[v.value] for v in Verdict if news[v.value]}
         if not self.enabled:
             return Finding(warn, 'disabled', 'disabled by ~/set_enabled: no loads are published')
+        if news[UNMOUNTED]:
+            text = f'samples on {topic} are {UNMOUNTED}; publish it, or give imu.xyz and imu.rpy'
+            return Finding(warn, UNMOUNTED, text)
         if not samples:
             hint = self._motion.hint()
             why = f'; {hint}' if hint else ''

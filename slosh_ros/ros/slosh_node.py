@@ -18,9 +18,10 @@ from slosh_ros.engine.cdr import imu_reading
 from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, ImuReading, input_type
 from slosh_ros.engine.parameters import resolved
 from slosh_ros.ros.calibration import CalibrationService
-from slosh_ros.ros.diagnostics import DISABLED, SEVERITY, Watch
+from slosh_ros.ros.diagnostics import DISABLED, SEVERITY, UNMOUNTED, Watch
 from slosh_ros.ros.latched import Latched
 from slosh_ros.ros.motion_input import MotionInput
+from slosh_ros.ros.mounting import TfMounting
 from slosh_ros.ros.news import INFO, News
 from slosh_ros.ros.outputs import Outputs
 from slosh_ros.ros.parameters import declare_all, given_parameters
@@ -49,9 +50,9 @@ class SloshNode(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/set_enabled', self._on_set_enabled)
-        self._calibration = CalibrationService(self, self.engine.config, values)
         kind, topic = _INPUTS[input_type(self.engine)]
         raw = kind is Imu
+        self._mounting = TfMounting(self) if values.flag('imu.from_tf') and raw else None
         take = self._on_imu if raw else self._on_twist
         motion = MotionInput(self, kind, topic, take, self._news, raw=raw)
         self._watch = Watch(self.engine, self.get_name(), motion)
@@ -59,6 +60,8 @@ class SloshNode(Node):
         self.create_timer(
             _REPORT_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
+        # last: its thread must not outlive a node that could not be made
+        self._calibration = CalibrationService(self, self.engine, values)
         modes = sum(len(tank.coefficients.omega) for tank in self.engine.tanks)
         mass = sum(tank.coefficients.mass for tank in self.engine.tanks)
         self.get_logger().info(
@@ -75,7 +78,23 @@ class SloshNode(Node):
         reading = imu_reading(raw)
         if reading is None:  # big-endian, say: what rclpy cannot read it does not deliver
             reading = ImuReading.of(deserialize_message(raw, Imu))
-        self._on_motion(reading, 0)
+        if self._mounting is None or self._mount(self._mounting, reading.frame):
+            self._on_motion(reading, 0)
+
+    def _mount(self, mounting: TfMounting, frame: str) -> bool:
+        """Take the pose of the IMU from TF once it tells; until then samples are held out."""
+        wanted = self.engine.config.imu_frame
+        if wanted and frame != wanted:
+            return True  # the engine refuses it
+        pose = mounting.find(frame)
+        if pose is None:
+            self._watch.refuse(UNMOUNTED)
+            return False
+        self.engine.mount(pose)
+        self._mounting = None
+        xyz, rpy = (', '.join(f'{c:.4f}' for c in part) for part in (pose.origin, pose.rpy))
+        self.get_logger().info(f'{frame} is mounted in base_link at xyz [{xyz}], rpy [{rpy}]')
+        return True
 
     def _on_twist(self, message: Twist | TwistStamped) -> None:
         self._on_motion(message, self.get_clock().now().nanoseconds)
