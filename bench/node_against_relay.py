@@ -1,157 +1,218 @@
 """
-What a sample costs: slosh_node against a bare node that copies a field, in one run.
+What slosh_node costs above a bare node: latency from Imu to Wrench, and CPU time per message.
 
-Both are processes of their own and get the same Imu messages over DDS, one after the other was
-answered. CPU seconds are those of the node's process; round trips include the driver's own time.
+Both nodes run at once, each on topics of its own and with the same executor, QoS and number of
+listeners. They are driven by turns, block after block, so that whatever else the machine does hits
+both. The driver hands over and takes serialised messages: its own share of a round trip is small.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import psutil
 import rclpy
 from geometry_msgs.msg import WrenchStamped
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from rich.console import Console
+from rich.table import Table
 from sensor_msgs.msg import Imu
 
-from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
+from slosh_ros.ros.runtime import EventsExecutor, run
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config' / 'half_full_tanker.yaml'
-QOS = QoSProfile(depth=100)
-STEP = 10_000_000  # [ns]
-START = 1_000_000_000
+RATES = (100, 200, 500, 1000)  # [Hz]
+BLOCK = 1.5  # [s]
+ROUNDS = 4
+TARGETS = {'p50': 1.15, 'p99': 1.3, 'cpu': 1.3}
+_SENSOR = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+_STAMP = slice(4, 12)  # of a header in CDR
 
 
 class Relay(Node):
-    """Copies the stamp and one field, and publishes as many messages as slosh_node."""
+    """Copies the stamp and one field of an Imu into a Wrench."""
 
     def __init__(self) -> None:
-        super().__init__('slosh_node')
-        self._publishers_of = [
-            self.create_publisher(WrenchStamped, f'~/{name}', 10)
-            for name in ('wrench', 'wrench_total', 'wrench_state')
-        ]
+        super().__init__('relay')
+        self._publisher = self.create_publisher(WrenchStamped, '~/wrench', 10)
         self._message = WrenchStamped()
-        self.create_subscription(Imu, 'imu/data', self._on_imu, QOS)
-        print('ready', file=sys.stderr, flush=True)
+        self._message.header.frame_id = 'base_link'
+        self.create_subscription(Imu, 'imu/data', self._on_imu, _SENSOR)
 
     def _on_imu(self, message: Imu) -> None:
         self._message.header.stamp = message.header.stamp
         self._message.wrench.force.x = message.linear_acceleration.x
-        for publisher in self._publishers_of:
-            publisher.publish(self._message)
+        self._publisher.publish(self._message)
 
 
-def relay() -> None:
-    """Run the relay until it is told to end."""
-    rclpy.init()
-    with suppress(KeyboardInterrupt, ExternalShutdownException):
-        rclpy.spin(Relay())
+class Side:
+    """
+    One of the two nodes, and what was measured of it.
+
+    Parameters
+    ----------
+    driver : Node
+        Speaks to it.
+    name : str
+        Of the node, and of its namespace.
+    pid : int
+        Of its process.
+    """
+
+    def __init__(self, driver: Node, name: str, pid: int) -> None:
+        self._process = psutil.Process(pid)
+        self.publisher = driver.create_publisher(Imu, f'/{name}/imu/data', _SENSOR)
+        self._listener = driver.create_subscription(
+            WrenchStamped, f'/{name}/{name}/wrench', self._on_wrench, 100, raw=True
+        )
+        self._sent: dict[bytes, float] = {}
+        self.trips: list[float] = []
+        self.cpu, self.messages = 0.0, 0
+
+    @property
+    def connected(self) -> bool:
+        """Whether samples and wrenches find their way."""
+        return self.publisher.get_subscription_count() > 0 and bool(self.trips)
+
+    def send(self, message: bytes) -> None:
+        """Send a sample and remember when."""
+        self._sent[message[_STAMP]] = time.perf_counter()
+        self.publisher.publish(message)
+
+    @contextmanager
+    def block(self) -> Iterator[None]:
+        """Count the CPU time and the messages of a block."""
+        before, answered = sum(self._process.cpu_times()[:2]), len(self.trips)
+        yield
+        self.cpu += sum(self._process.cpu_times()[:2]) - before
+        self.messages += len(self.trips) - answered
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self.trips.clear()
+        self._sent.clear()
+        self.cpu, self.messages = 0.0, 0
+
+    def figures(self, sent: int) -> dict[str, float]:
+        """Percentiles and CPU time [us], and the share of samples that were not answered."""
+        trips = sorted(self.trips)
+        return {
+            'p50': 1e6 * statistics.median(trips),
+            'p99': 1e6 * trips[int(0.99 * len(trips))],
+            'cpu': 1e6 * self.cpu / self.messages,
+            'lost': 1.0 - len(trips) / sent,
+        }
+
+    def _on_wrench(self, message: bytes) -> None:
+        sent = self._sent.pop(bytes(message[_STAMP]), None)
+        if sent is not None:
+            self.trips.append(time.perf_counter() - sent)
 
 
-def measure(command: list[str], samples: int) -> dict[str, float]:
-    """Drive a node and return CPU time per message and percentiles of the round trip [us]."""
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    node = rclpy.create_node('driver', context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    answered: list[int] = []
-    node.create_subscription(
-        WrenchStamped,
-        'slosh_node/wrench_state',
-        lambda m: answered.append(m.header.stamp.sec),
-        QOS,
-    )
-    publisher = node.create_publisher(Imu, 'imu/data', QOS)
-    with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(command, stderr=log, stdout=log)
-        while not publisher.get_subscription_count():
-            executor.spin_once(timeout_sec=0.05)
-        time.sleep(1.0)  # the other direction
-        message = Imu()
-        message.linear_acceleration.z = 9.81
-        trips = []
-        for k in range(samples + samples // 10):
-            if k == samples // 10:  # warm
-                before = sum(psutil.Process(process.pid).cpu_times()[:2])
-                trips.clear()
-            stamp = START + k * STEP
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
-            begin = time.perf_counter()
-            publisher.publish(message)
-            count = len(answered)
-            while len(answered) == count:
-                executor.spin_once(timeout_sec=1.0)
-            trips.append(time.perf_counter() - begin)
-        cpu = (sum(psutil.Process(process.pid).cpu_times()[:2]) - before) / samples
-        process.terminate()
-        process.wait()
-    node.destroy_node()
-    context.shutdown()
-    trips.sort()
-    return {
-        'cpu_us': 1e6 * cpu,
-        'p50_us': 1e6 * statistics.median(trips),
-        'p99_us': 1e6 * trips[int(0.99 * len(trips))],
-    }
+class Duel:
+    """The two nodes in processes of their own, and the driver."""
 
-
-def engine_cost(samples: int) -> float:
-    """Cost of one sample in the engine alone [us]."""
-    engine = SloshEngine(SloshConfig.from_file(CONFIG))
-    begin = time.perf_counter()
-    for k in range(samples):
-        engine.feed(MotionSample.from_imu(START + k * STEP, [0.1, 0.1, 9.81], [0.0, 0.1, 0.0]))
-    return 1e6 * (time.perf_counter() - begin) / samples
-
-
-def main() -> None:
-    """Measure and print a table; write JSON if asked."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--relay', action='store_true', help=argparse.SUPPRESS)
-    parser.add_argument('--samples', type=int, default=3000)
-    parser.add_argument('--json', type=Path, help='file for the numbers')
-    arguments = parser.parse_args()
-    if arguments.relay:
-        relay()
-        return
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.setdefault('ROS_DOMAIN_ID', '88')
-    results = {
-        'relay': measure([sys.executable, __file__, '--relay'], arguments.samples),
-        'slosh_node': measure(
-            [
+    def __init__(self, stack: ExitStack) -> None:
+        rclpy.init()
+        stack.callback(rclpy.try_shutdown)
+        self._driver = rclpy.create_node('bench')
+        stack.callback(self._driver.destroy_node)
+        self._executor = EventsExecutor()
+        self._executor.add_node(self._driver)
+        log = stack.enter_context(tempfile.TemporaryFile())
+        commands = {
+            'relay': [sys.executable, __file__, '--relay', '--ros-args'],
+            'slosh_node': [
                 sys.executable, '-m', 'slosh_ros.ros.slosh_node', '--ros-args',
                 '--params-file', str(CONFIG),
-                '-p', 'qos_overrides./imu/data.subscription.reliability:=reliable',
             ],
-            arguments.samples,
-        ),
-    }  # fmt: skip
-    ratios = {k: results['slosh_node'][k] / results['relay'][k] for k in results['relay']}
-    feed = engine_cost(arguments.samples)
-    print(f'{"":12}{"CPU [us]":>10}{"p50 [us]":>10}{"p99 [us]":>10}')
-    for name, row in results.items():
-        print(f'{name:12}' + ''.join(f'{value:10.0f}' for value in row.values()))
-    print(f'{"ratio":12}' + ''.join(f'{value:10.2f}' for value in ratios.values()))
-    print(f'engine alone: {feed:.0f} us a sample (8 modes)')
-    if arguments.json:
-        numbers = {**results, 'ratio': ratios, 'engine_us': feed}
-        arguments.json.write_text(json.dumps(numbers, indent=2))
+        }  # fmt: skip
+        self.sides = {}
+        for name, command in commands.items():
+            process = subprocess.Popen([*command, '-r', f'__ns:=/{name}'], stdout=log, stderr=log)
+            stack.callback(process.wait)
+            stack.callback(process.terminate)
+            self.sides[name] = Side(self._driver, name, process.pid)
+        self._stamp = 1_000_000_000
+        until = time.monotonic() + 30.0
+        while not all(side.connected for side in self.sides.values()):
+            if time.monotonic() > until:
+                raise SystemExit('error: the nodes do not answer')
+            for side in self.sides.values():
+                self._drive(side, 20, 2)
+
+    def measure(self, rate: int, block: float, rounds: int) -> dict[str, dict[str, float]]:
+        """Drive both by turns at a rate [Hz], in blocks of some length [s]."""
+        count = max(round(block * rate), 1)
+        for side in self.sides.values():
+            self._drive(side, rate, count // 4 + 1)  # warm
+            side.forget()
+        for turn in range(rounds):
+            sides = list(self.sides.values())
+            for side in sides if turn % 2 else reversed(sides):
+                with side.block():
+                    self._drive(side, rate, count)
+        return {name: side.figures(count * rounds) for name, side in self.sides.items()}
+
+    def _drive(self, side: Side, rate: int, count: int) -> None:
+        message, step = Imu(), 1_000_000_000 // rate
+        message.header.frame_id = 'imu_link'
+        message.linear_acceleration.x, message.linear_acceleration.z = 0.1, 9.81
+        message.angular_velocity.z = 0.02
+        data = serialize_message(message)
+        due = time.perf_counter()
+        for _ in range(count):
+            self._stamp += step
+            seconds, rest = divmod(self._stamp, 1_000_000_000)
+            stamp = seconds.to_bytes(4, 'little') + rest.to_bytes(4, 'little')
+            side.send(data[:4] + stamp + data[12:])
+            due += 1.0 / rate
+            self._spin_until(due)
+        self._spin_until(due + 0.05)  # the last answers
+
+    def _spin_until(self, due: float) -> None:
+        while (left := due - time.perf_counter()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
+
+def main(block: float = BLOCK, rounds: int = ROUNDS) -> dict[str, object]:
+    """Measure at all rates, print a table and return the numbers."""
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.setdefault('ROS_DOMAIN_ID', '88')
+    results: dict[str, object] = {'targets': TARGETS}
+    table = Table('rate [Hz]', 'node', 'p50 [us]', 'p99 [us]', 'CPU a message [us]', 'lost')
+    with ExitStack() as stack:
+        duel = Duel(stack)
+        for rate in RATES:
+            row = duel.measure(rate, block, rounds)
+            for name, f in row.items():
+                table.add_row(
+                    f'{rate}', name, *(f'{f[key]:.0f}' for key in TARGETS), f'{f["lost"]:.1%}'
+                )
+            ratio = {key: row['slosh_node'][key] / row['relay'][key] for key in TARGETS}
+            table.add_row('', 'ratio', *(f'{value:.2f}' for value in ratio.values()))
+            results[str(rate)] = {**row, 'ratio': ratio}
+    Console(width=100).print(table)
+    return results
 
 
 if __name__ == '__main__':
-    main()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--relay', action='store_true', help=argparse.SUPPRESS)
+    parser.add_argument('--block', type=float, default=BLOCK, help='length of a turn [s]')
+    parser.add_argument('--rounds', type=int, default=ROUNDS, help='turns of each node')
+    given, others = parser.parse_known_args()
+    if given.relay:
+        sys.exit(run(Relay, [sys.argv[0], *others], events=True))
+    main(given.block, given.rounds)

@@ -15,8 +15,9 @@ from conduct_rig import START, STEP, Conversation, conversation, drive, lively
 from diagnostic_msgs.msg import DiagnosticStatus
 from ros_rig import imu
 from sensor_msgs.msg import Imu
+from test_conduct_fuzz import Adversary
 
-from slosh_ros.engine import Verdict
+from slosh_ros.engine import SloshEngine, Verdict, feed_message
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -165,3 +166,20 @@ def test_many_bad_samples_a_second_are_few_lines_of_log(talk):
     times = [float(re.search(r'\[(\d+\.\d+)\]', line)[1]) for line in said]
     assert 0 < len(times) <= 6
     assert all(later - earlier > 0.9 for earlier, later in itertools.pairwise(times))
+
+
+def test_ten_thousand_messages_of_an_adversary(talk):
+    """Every good one is answered, with the numbers of the same engine offline; none is another."""
+    adversary, engine = Adversary(7), SloshEngine(talk.config)
+    case, expected = [], []
+    for _ in range(10_000):
+        message = adversary.fill(Imu())
+        verdict, loads = feed_message(engine, message, 0)
+        case.append((message, verdict))
+        if loads is not None:
+            expected.append([*loads.wrench.tolist(), *loads.total.tolist()])
+    answers = talk.tell(case)
+    assert np.isfinite(answers).all()
+    assert answers == expected
+    assert talk.tell(BEGIN) == talk.as_if([message for message, _ in BEGIN])  # alive and well
+    assert talk.counted() == {v.value: n for v, n in talk.expected.items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import signal
 import subprocess
 import sys
@@ -18,8 +19,10 @@ from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import QoSReliabilityPolicy
+from rclpy.qos import QoSReliabilityPolicy, qos_profile_sensor_data
 from ros_rig import QOS, Driver, NodeProcess, imu, stamp_of, wrench_of
+from sensor_msgs.msg import Imu
+from std_srvs.srv import SetBool
 
 from slosh_ros.engine import SloshConfig, SloshEngine, Verdict, feed_message
 from slosh_ros.engine.parameters import resolved
@@ -264,3 +267,44 @@ def test_a_parameter_that_cannot_change_says_so_and_stays(talk):
         assert not result.successful
         assert 'read-only' in result.reason
     assert ask(talk.driver, GetParameters, 'get_parameters', names=fixed).values == before
+
+
+def test_a_disabled_node_answers_nothing_and_starts_from_rest_when_enabled(talk):
+    begin = drive([START + k * STEP for k in range(5)])
+    before = talk.tell(begin)
+    assert ask(talk.driver, SetBool, 'set_enabled', data=False).success
+    for message, _ in begin:
+        talk.driver.publisher.publish(message)
+    report = talk.report_of('disabled by ~/set_enabled')
+    assert report.level == DiagnosticStatus.WARN
+    assert talk.counts()['not used: disabled by ~/set_enabled'] == 5
+    assert len(talk.driver.received['wrench']) == 5
+    assert ask(talk.driver, SetBool, 'set_enabled', data=True).success
+    assert talk.tell(begin) == before
+
+
+def test_a_publisher_that_offers_too_little_is_told_with_the_remedy(talk):
+    """The node was made to ask for reliable samples; a best-effort sensor would go unheard."""
+    sensor = talk.driver.node.create_publisher(Imu, 'imu/data', qos_profile_sensor_data)
+    remedy = 'set qos_overrides./imu/data.subscription.reliability to best_effort'
+    talk.node.wait_for(remedy)
+    talk.driver.spin_until(lambda: 'QoS' in {v.key for v in talk.reports[-1].values})
+    assert remedy in {v.key: v.value for v in talk.reports[-1].values}['QoS']
+    talk.driver.node.destroy_publisher(sensor)
+
+
+def test_two_publishers_on_one_topic_are_told_by_name(talk):
+    stamps = itertools.count(START + 10 * SECOND, STEP)
+    with Driver() as second:
+        second.wait_for_node()
+
+        def told() -> bool:
+            for driver in (talk.driver, second):
+                driver.publisher.publish(imu(next(stamps)))
+            return any('publishers on /imu/data' in r.message for r in talk.reports[-1:])
+
+        heard = len(talk.reports)
+        talk.driver.spin_until(lambda: told() and len(talk.reports) > heard)
+        assert '/driver and /driver' in talk.reports[-1].message
+        assert talk.reports[-1].level == DiagnosticStatus.WARN
+    talk.driver.spin_until(lambda: talk.counts()['publishers on /imu/data'] == 1)
