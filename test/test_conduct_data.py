@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
-from conduct_rig import START, STEP, Conversation, conversation, drive, lively
+from conduct_rig import START, STEP, TANK, Conversation, conversation, drive, lively
 from diagnostic_msgs.msg import DiagnosticStatus
 from ros_rig import imu
 from sensor_msgs.msg import Imu
@@ -33,7 +33,7 @@ UNUSED = [
         for k in range(9)
     ),
 ]
-FRAMED = ('-p', 'input.imu_frame:=imu_link')
+FRAMED = TANK + '    input:\n      imu_frame: imu_link\n'
 BEGIN = drive([START + k * STEP for k in range(5)])
 NEXT = START + 5 * STEP
 AFTER = (lively(NEXT, 0.05), Verdict.ACCEPTED)
@@ -41,7 +41,7 @@ AFTER = (lively(NEXT, 0.05), Verdict.ACCEPTED)
 
 @pytest.fixture(scope='module')
 def talk(tmp_path_factory):
-    with conversation(tmp_path_factory.mktemp('data'), *FRAMED) as talk:
+    with conversation(tmp_path_factory.mktemp('data'), tank=FRAMED) as talk:
         yield talk
 
 
