@@ -77,6 +77,13 @@ assert BOX in GOOD
         ((BOX, 'shape: section_x\n      length: 8.0\n      points: [0.0, 2.0, 1.0, 0.0, 2.0, 1.9, 3.0, 0.0, 4.0, 2.0]'), 'tank: filled to 50.00%, 1.41331 m deep, the section has 2 pools'),
         ((BOX, BOX.replace('rectangular', 'rounded_rectangle_x') + '\n      corner_radius: 1.0'), 'tank.corner_radius is 1 m; a section 2 m wide and 1.6 m high has room for 0 to 0.8 m'),
         ((BOX, BOX.replace('rectangular', 'ellipse_x') + '\n      radius: 1.0'), 'tank.radius is given, but'),
+        ((BOX, 'shape: sphere\n      radius: 0.0'), 'tank.radius is 0 [m]; it must be from 1e-06'),
+        ((BOX, 'shape: sphere\n      radius: 1.0\n      length: 2.0'), 'tank.length is given, but a sphere tank takes radius; remove it'),
+        ((BOX, 'shape: cylinder_x\n      radius: 1.0\n      length: 4.0\n      head_depth: 1.5'), 'tank.head_depth is 1.5 m; it must lie between 0, flat ends, and the radius of 1 m'),
+        ((BOX, 'shape: mesh'), 'tank.mesh_file is missing; a mesh tank needs mesh_file'),
+        ((BOX, 'shape: mesh\n      mesh_file: nowhere.stl'), 'nowhere.stl, but there is no such file'),
+        ((BOX, 'shape: mesh\n      mesh_file: [1.0]'), 'tank.mesh_file is [1.0]; it takes a text'),
+        ((BOX, 'shape: mesh\n      mesh_file: tank.stl\n      mesh_scale: 0.0'), 'tank.mesh_scale is 0 [m]; it must be from 1e-06'),
         ((BOX, BOX.replace('rectangular', 'ellipse_x').replace('1.6', '0.0')), 'tank.height is 0 [m]; it must be from 1e-06'),
     ],
 )  # fmt: skip

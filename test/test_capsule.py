@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from slosh_ros.errors import InputError
+from slosh_ros.modal.validity import SURFACE_CHANGE, surface_room
 from slosh_ros.tank import Capsule, LiquidAtRest, cylinder_x, sphere
 from slosh_ros.tank.surface import area_vectors
 
@@ -163,6 +164,15 @@ def test_the_error_of_the_surface_falls_as_its_size_squared(name: str, fill_rati
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(np.array(errors[-1]) < 3e-3)
     assert rates.mean(axis=0) == pytest.approx(np.full(7, 2.0), abs=0.35)
+
+
+def test_walls_leave_room_for_waves() -> None:
+    """Infinite between upright walls; in a half-full sphere the surface shrinks as 1 - h^2/R^2."""
+    radius = TANKS['sphere'].radius
+    assert surface_room(TANKS['sphere'], radius) == pytest.approx(
+        radius * np.sqrt(SURFACE_CHANGE), rel=1e-3
+    )
+    assert surface_room(TANKS['dished heads'], 1.3) < surface_room(cylinder_x(1.3, 4.0), 1.3)
 
 
 @every_tank

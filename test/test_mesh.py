@@ -394,3 +394,15 @@ def test_a_mesh_is_sought_beside_its_configuration(
     assert SloshConfig.from_parameters(given).tanks[0].tank.shape == 'mesh'
     with pytest.raises(InputError, match=r'tank\.mesh_file is nowhere\.stl, but there is no such'):
         SloshConfig.from_parameters({**given, 'tank.mesh_file': 'nowhere.stl'})
+
+
+def test_check_and_modes_tell_what_has_been_repaired(tmp_path: Path) -> None:
+    trimesh.Trimesh(VERTICES + np.array([0.0, 0.0, 0.6]), FACES[:, ::-1]).export(
+        tmp_path / 'tank.ply'
+    )
+    file = tmp_path / 'tank.yaml'
+    file.write_text(CONFIG.format(file='tank.ply') + '    tank.modes: 1\n')
+    for command in ('check', 'modes'):
+        result = within([command, file])
+        assert 'its normals pointed inwards and are turned' in result.out
+        assert "the origin of the tank frame is at (0, 0, 0.6) m of the file's axes" in result.out

@@ -26,6 +26,7 @@ from slosh_ros.tank.uniform import LiquidAtRest, box_outline
 
 SUFFIXES = ('.stl', '.obj', '.ply')
 _PINHOLE = 1e-5  # [bounding boxes] a smaller free surface is none
+_FREE = 400  # squares of triangles' sides that are enough for a free surface
 _CENTRED = 1e-6  # [sizes] by which the centre of a file's bounding box may be off its origin
 
 
@@ -178,7 +179,8 @@ class MeshTank:
         """
         Cover the liquid with triangles; the wall is that of the mesh, exactly.
 
-        Where its triangles are larger, they are divided; smaller ones stay as they are.
+        Where its triangles are larger, they are divided; smaller ones stay as they are. Those of
+        the free surface, which is flat, are so large that a thousand or two are enough.
 
         Parameters
         ----------
@@ -195,13 +197,18 @@ class MeshTank:
         cut = self._one_pool(depth)
         points, wall, loops = refined(cut.points, cut.wall, cut.loops, size)
         cut = Cut(points, wall, loops, np.zeros(len(wall), dtype=np.intp))
+        wide = max(size, float(np.sqrt(cut.surface[0] / _FREE)))
+
+        def sides(at: Array) -> Array:
+            return np.full(len(at), wide)
+
         free = []
         parts: dict[tuple[int, int], list[Array]] = {}
         for outer, holes in cut.pieces:
             rings = [cut.loops[i] for i in (outer, *holes)]
             flat, triangles = triangulate(
                 points[rings[0], :2],
-                lambda at: np.full(len(at), size),
+                sides,
                 [points[ring, :2] for ring in rings[1:]],
             )
             level = np.pad(flat, ((0, 0), (0, 1)))
