@@ -92,7 +92,9 @@ def main(steps: int = STEPS, repeats: int = REPEATS) -> dict[str, object]:
         for masses in ours:
             ours[masses] = min(ours[masses], cost_of(engine_of(1, masses), motion, 1))
             alone[masses] = min(alone[masses], modes_alone(masses, steps))
-    table = Table('masses', 'Basilisk [us]', 'its slosh', 'engine', 'ratio', 'modes alone', 'ratio')
+    table = Table(
+        'masses', 'Basilisk [us]', 'its slosh', 'engine', 'ratio', 'modes alone', 'ratio'
+    )
     table.add_row('0', f'{theirs[0]:.1f}')
     results: dict[str, object] = {'target': TARGET, 'empty_spacecraft_us': theirs[0]}
     for masses in MASSES:

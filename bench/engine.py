@@ -60,9 +60,7 @@ def main(samples: int = SAMPLES, repeats: int = REPEATS) -> dict[str, object]:
     """Measure, print a table and return the numbers."""
     motion = drive(samples)
     by_modes = {modes: cost_of(engine_of(1, modes), motion, repeats) for modes in MODES}
-    by_tanks = {
-        tanks: cost_of(engine_of(tanks, MODES_A_TANK), motion, repeats) for tanks in TANKS
-    }
+    by_tanks = {tanks: cost_of(engine_of(tanks, MODES_A_TANK), motion, repeats) for tanks in TANKS}
     table = Table('tanks', 'modes of each', 'a sample [us]')
     for modes, cost in by_modes.items():
         table.add_row('1', f'{modes}', f'{cost:.1f}')

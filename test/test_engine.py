@@ -264,6 +264,49 @@ def test_twist_agrees_with_the_imu_on_a_level_road():
         assert np.abs(a - b).max(axis=0) == pytest.approx(0, abs=0.012 * np.abs(a).max())
 
 
+@pytest.mark.parametrize('pace', [0.5, 3.0])
+def test_twist_and_imu_differ_by_the_stated_bound(pace):
+    """MotionSample.from_twist: (Omega h)^2/6 of the state, h/2 of delay in the feed-through."""
+    speed = lambda t: 10.0 + 2.0 * np.sin(pace * t)  # noqa: E731
+    sway = lambda t: 0.3 * np.sin(0.5 * pace * t) ** 2  # noqa: E731
+    yaw = lambda t: 0.1 * (1.0 - np.cos(0.7 * pace * t))  # noqa: E731
+
+    def force(t: float) -> tuple[float, float, float]:
+        surging = 2.0 * pace * np.cos(pace * t) - yaw(t) * sway(t)
+        swaying = 0.15 * pace * np.sin(pace * t) + yaw(t) * speed(t)
+        return surging, swaying, G
+
+    errors = []
+    for step in (0.1, 0.05):
+        times = stamps(20.0, step)
+        imu, twist = (
+            engine_of(tank__xyz=[2.0, 0.0, 1.0], tank__damping_ratio=0.02, input__source=source)
+            for source in ('imu', 'twist')
+        )
+        felt = feed(imu, times, force, lambda t: (0.0, 0.0, yaw(t)))
+        seen = []
+        for stamp in times:
+            t = (stamp - START) / SECOND
+            sample = MotionSample.from_twist(stamp, [speed(t), sway(t), 0.0], [0.0, 0.0, yaw(t)])
+            seen.append(twist.feed(sample)[1])
+        one, two = (np.array([loads.state for loads in run])[1:] for run in (felt, seen))
+        peak = np.abs(one).max(axis=0) + 1e-9
+        errors.append((np.abs(two - one).max(axis=0) / peak).max())
+        assert errors[-1] < (pace * step) ** 2 / 6.0
+        # what follows the acceleration: A (s, alpha), half a step late
+        acceleration = np.array(
+            [[*force(t), 0.0, 0.0, 0.07 * pace * np.sin(0.7 * pace * t)]
+             for t in np.arange(0.0, 20.0, 0.01)]
+        )  # fmt: skip
+        passed = acceleration @ imu.carried.coupling.T
+        changes = np.abs(np.gradient(passed, 0.01, axis=0)).max(axis=0)
+        # an IMU engine differentiates the rate backwards as well; only s is late against it
+        late = np.abs((wrenches(seen) - wrenches(felt))[1:] - (two - one)).max(axis=0)
+        assert np.all(late < 1.05 * step / 2.0 * changes + 1e-6 * peak.max())
+        assert late[0] > 0.5 * step / 2.0 * changes[0]
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
 def test_twist_does_not_see_pitch_roll_and_heave():
     engine = engine_of(input__source='twist')
     for stamp in stamps(1.0, 0.01):

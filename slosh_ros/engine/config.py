@@ -126,6 +126,10 @@ class SloshConfig:
         Of the IMU in base_link.
     force_bias, rate_bias : array, shape (3,)
         What the IMU reads too much, in its own axes [m/s^2], [rad/s].
+    high_pass : float
+        Corner of the slow high-pass on the IMU [Hz]; 0 for none.
+    measured_gravity : bool
+        Whether the measured vertical specific force takes the place of g.
     loads_cutoff : float
         Corner of the low-pass on the acceleration in the loads [Hz]; 0 for none.
     tanks : tuple of TankConfig
@@ -142,6 +146,8 @@ class SloshConfig:
     imu: Pose
     force_bias: Array
     rate_bias: Array
+    high_pass: float
+    measured_gravity: bool
     loads_cutoff: float
     tanks: tuple[TankConfig, ...]
     output_frame: str
@@ -236,6 +242,8 @@ class SloshConfig:
             imu=Pose.from_xyz_rpy(p.vector('imu.xyz'), p.vector('imu.rpy')),
             force_bias=p.vector('imu.bias.specific_force'),
             rate_bias=p.vector('imu.bias.angular_rate'),
+            high_pass=p.number('imu.high_pass'),
+            measured_gravity=p.string('model.gravity') == 'measured',
             loads_cutoff=p.number('loads.cutoff'),
             tanks=tanks,
             output_frame=output_frame,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine.config import SloshConfig
 from slosh_ros.engine.gate import SampleGate, Verdict
-from slosh_ros.engine.kinematics import AccelerationFilter, Pose, products
-from slosh_ros.engine.model import ACCELERATION, MOTION, TankModel, VehicleModel
+from slosh_ros.engine.kinematics import AccelerationFilter, HighPass, Pose, products
+from slosh_ros.engine.model import ACCELERATION, LEAST_GRAVITY, MOTION, TankModel, VehicleModel
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.carried import CarriedLiquid
 from slosh_ros.modal.heights import WaveHeights
@@ -22,6 +22,7 @@ from slosh_ros.modal.integrator import ModalIntegrator
 from slosh_ros.modal.validity import Trust, TrustWatch
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 _NOWHERE = np.zeros(0)  # no points of pressure
 GRAVITY_MEMORY = 1.0  # [s] over which the mean specific force is watched
@@ -131,6 +132,13 @@ class SloshEngine:
         self.warnings: Counter[str] = Counter()
         self._acceleration = AccelerationFilter(config.loads_cutoff)
         self._upwards = (config.imu.rotation.T @ [0.0, 0.0, GRAVITY]).tolist()
+        self._high_pass = (
+            HighPass(config.high_pass, config.imu.rotation[2])
+            if config.high_pass and config.source == 'imu'
+            else None
+        )
+        self._measured_gravity = config.measured_gravity and config.source == 'imu'
+        self._gravity: float | Array = 1.0  # over the standard one, at the last sample
         self._mean_force = (0.0, 0.0, 0.0)
         self._mean_over = 0.0  # [s]
         self._use(
@@ -231,34 +239,58 @@ class SloshEngine:
         motion = self.config.unbiased(sample).values
         if self.config.source == 'imu':
             self._watch_gravity(motion, interval)
-        turning = products(*motion[6:])
+        turning: tuple[float, ...] = products(*motion[6:])
+        spin = turning[0] + turning[1] + turning[2]
+        if self._high_pass is not None:
+            passed = self._high_pass.follow(motion + turning, interval)
+            motion, turning = tuple(passed[:9]), tuple(passed[9:])
         self._motion[:] = motion + turning
         followed = self._acceleration.follow(
             motion, interval if verdict is Verdict.ACCEPTED else 0.0
         )
         self._accelerating[:] = followed + turning
 
-        model, modes, watch = self._model, self._modes, self._watch
+        model, modes, watch, n = self._model, self._modes, self._watch, len(self._model.omega)
         drive = np.dot(model.drive, self._motion)
-        n = len(model.omega)
         force, carried = drive[:n], drive[n : 2 * n]
+        amplitudes: ComplexArray | None = drive[2 * n :].view(complex)
+        if self._measured_gravity:
+            before, self._gravity = self._gravity, self._effective_gravity(motion)
+            # over the interval its mean acts: of second order in the interval, as all else
+            modes.under((before + self._gravity) / 2.0 if interval else self._gravity)
+            amplitudes = None
         if verdict.from_rest:
             modes.start(force, carried)
             watch.start()
         elif verdict is Verdict.COASTED:
             modes.coast(interval, force, carried)
         else:
-            modes.advance(interval, force, carried, drive[2 * n :].view(complex))
+            modes.advance(interval, force, carried, amplitudes)
+        if self._measured_gravity:
+            modes.under(self._gravity)
+
         waves = self._waves
         waves[:] = modes.wave
+        envelope = np.abs(waves) / modes.damped
+        beta = waves.imag / modes.damped
+        if self._measured_gravity:
+            waves *= modes.root
+            force = force / self._gravity
         wrenches = np.dot(model.output, self._moving)
         pressure = _NOWHERE
         if len(model.pressure):
             pressure = np.dot(model.pressure, self._moving) - model.pressure_at_rest
-        envelope = np.abs(waves) / modes.damped
-        rest = watch.follow(envelope, force, interval, turning[0] + turning[1] + turning[2])
-        beta = waves.imag / modes.damped
+        rest = watch.follow(envelope, force, interval, spin)
         return verdict, Loads(sample, wrenches, pressure, beta, model.heights, watch, rest)
+
+    def _effective_gravity(self, motion: Sequence[float]) -> float | Array:
+        """Return the gravity over the standard one that pulls the waves back at this instant."""
+        gravity, raised = self._model.gravity(motion[:3])
+        if raised:
+            self.warnings[
+                f'vertical specific force below {LEAST_GRAVITY:g} g: waves move as under that'
+            ] += 1
+        return gravity
 
     def _watch_gravity(self, motion: Sequence[float], interval: float) -> None:
         """Count a warning while the mean specific force is not gravity, upwards."""

@@ -144,6 +144,50 @@ def products(x: float, y: float, z: float) -> tuple[float, float, float, float, 
     return x * x, y * y, z * z, x * y, x * z, y * z
 
 
+class HighPass:
+    """
+    Takes what hardly changes from the motion of a sensor: a lean of its mount, biases, drift.
+
+    All inputs but velocity and the vertical specific force pass a first-order high-pass, y' = x' -
+    corner y, exactly for input that runs linearly from sample to sample. It is one filter for
+    forces, rates and their products, and so commutes with turning and moving the sensor: force
+    and rate tell of one motion as before. Gravity, and what is slow along it, stays.
+
+    The price: of a constant horizontal acceleration, exp(-corner t) is left after the time t.
+
+    Parameters
+    ----------
+    corner : float
+        Corner frequency [Hz].
+    up : array, shape (3,)
+        The vertical of the vehicle, in axes of the sensor.
+    """
+
+    def __init__(self, corner: float, up: Array) -> None:
+        self._corner = 2.0 * math.pi * corner
+        self._kept = np.zeros((15, 15))  # of the slow part: the vertical force and the velocity
+        self._kept[:3, :3] = np.outer(up, up)
+        self._kept[3:6, 3:6] = np.eye(3)
+        self._last: Array = np.zeros(15)
+        self._fast: Array = np.zeros(15)
+
+    def follow(self, motion: Sequence[float], interval: float) -> list[float]:
+        """
+        Take force, velocity, rate and products (15 numbers) after an interval [s].
+
+        An interval of 0 starts anew: what is measured then is taken for what hardly changes.
+        """
+        now = np.array(motion)
+        if interval == 0.0:
+            self._fast = np.zeros(15)
+        else:
+            x = self._corner * interval
+            self._fast = math.exp(-x) * self._fast - math.expm1(-x) / x * (now - self._last)
+        self._last = now
+        passed: list[float] = (self._fast + self._kept @ (now - self._fast)).tolist()
+        return passed
+
+
 class AccelerationFilter:
     """
     Specific force and angular acceleration of the sensor's point, for the loads only.

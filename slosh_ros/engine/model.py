@@ -9,6 +9,7 @@ tanks at once.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ FORCE, VELOCITY, RATE, PRODUCTS = (slice(a, b) for a, b in ((0, 3), (3, 6), (6, 
 MOTION = 15
 # Its acceleration: specific force, angular acceleration, and the products of the rate
 ACCELERATION = 12
+# Least effective gravity, of the standard one. Below it, in a hop, surface waves are no more what
+# holds the liquid together, and linear theory has left; the frequencies stay finite.
+LEAST_GRAVITY = 0.05
 
 
 class TankModel:
@@ -48,8 +52,12 @@ class TankModel:
     ----------
     force, carried_along : array, shape (n, 15)
         Modal forcing per modal mass, and velocity carried along, per motion of the sensor.
+    vertical : array, shape (3,)
+        Its z axis, in axes of the sensor.
     state : array, shape (6, 2 n)
-        Wrench without feed-through per real and imaginary part of the modes' waves.
+        Wrench without feed-through per real and imaginary part of the modes' waves. Under another
+        gravity, stiffness changes with it and damping with its root, as much as if the waves
+        themselves changed with the root; so do those of the pressure.
     feedthrough, weight : array, shape (6, 12)
         Rest of the sloshing wrench, and that of the rigid part, per acceleration of the sensor.
     pressure : array, shape (p, 2 n + 12)
@@ -63,6 +71,7 @@ class TankModel:
         at_surface = config.pose.offset(c.liquid.surface_centre)
         lever = Lever(sensor.seen_from(at_surface))  # of the sensor about O, in tank axes
         turn = lever.rotation
+        self.vertical = turn[2]
         centripetal = turn @ centripetal_matrix(turn.T @ lever.arm)
 
         # lambda^P_k = lambda_k - (r_P x lambda_T)_k: coupling about the sensor's point, THEORY 2.1
@@ -125,8 +134,8 @@ class TankModel:
     @property
     def wrench(self) -> Array:
         """Sloshing wrench of this tank at the sample last taken, in the output frame, (6,)."""
-        waves = np.ascontiguousarray(self._modes.wave[self._part]).view(float)
-        return np.asarray(self.state @ waves + self.feedthrough @ self._acceleration)
+        waves = np.ascontiguousarray((self._modes.root * self._modes.wave)[self._part])
+        return np.asarray(self.state @ waves.view(float) + self.feedthrough @ self._acceleration)
 
     @property
     def mass_moment(self) -> Array:
@@ -178,6 +187,8 @@ class VehicleModel:
         Pressure at the points of all tanks, but for a constant.
     heights : WaveHeights
         Of all tanks.
+    vertical : array, shape (k, 3)
+        The z axes of the tanks, in axes of the sensor; one if all have the same.
     """
 
     def __init__(self, tanks: tuple[TankModel, ...]) -> None:
@@ -207,4 +218,30 @@ class VehicleModel:
             self.pressure[rows, 2 * part.start : 2 * part.stop] = tank.pressure[:, :own]
             self.pressure[rows, 2 * n :] = tank.pressure[:, own:]
         self.pressure_at_rest = np.concatenate([tank.pressure_at_rest for tank in tanks])
+        self.vertical = np.array([tank.vertical for tank in tanks])
+        if np.all(np.abs(self.vertical - self.vertical[0]) < 1e-12):
+            self.vertical = self.vertical[:1]
+        self._counts = [part.stop - part.start for part in self.parts]
         self.heights = WaveHeights([tank.coefficients.surface_shapes for tank in tanks])
+
+    def gravity(self, force: Sequence[float]) -> tuple[float | Array, bool]:
+        """
+        Return the effective gravity over the standard one, and whether it had to be raised.
+
+        Parameters
+        ----------
+        force : sequence of 3 floats
+            Specific force, in axes of the sensor [m/s^2].
+
+        Returns
+        -------
+        float or array, shape (n,)
+            Of all modes or one a mode; `LEAST_GRAVITY` at least.
+        bool
+            Whether that is more than measured in one of the tanks.
+        """
+        measured: list[float] = (self.vertical @ force / GRAVITY).tolist()
+        taken = [max(LEAST_GRAVITY, one) for one in measured]
+        if len(taken) == 1:
+            return taken[0], taken != measured
+        return np.repeat(taken, self._counts), taken != measured

@@ -87,6 +87,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         'calibration.file', 'string', 'slosh_calibration.yaml',
         'parameter file that ~/calibrate writes',
     ),
+    Parameter(
+        'imu.high_pass', 'double', 0.0,
+        'corner frequency of a slow high-pass on horizontal specific force and rates, against a '
+        'mount that leans or drifts; braking and turns longer than a sixth of its inverse fade; '
+        '0: none', 'Hz', 0.0, 1.0,
+    ),
     Parameter('tanks', 'string[]', ['tank'], 'names of the tanks'),
     Parameter(
         '{tank}.xyz', 'double[3]', [0.0, 0.0, 0.0],
@@ -179,6 +185,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         'frames.output', 'string', 'base_link',
         'frame of the wrenches: base_link, or tank_link of a single tank',
         choices=('base_link', 'tank_link'),
+    ),
+    Parameter(
+        'model.gravity', 'string', 'constant',
+        'what pulls the wave back: g, or the vertical specific force that the IMU measures, so '
+        'that heave and slopes act on it; twist: g',
+        choices=('constant', 'measured'),
     ),
     Parameter(
         'loads.cutoff', 'double', 0.0,

@@ -91,6 +91,11 @@ class ModalIntegrator:
         return self._amplitude - self._carried
 
     @property
+    def root(self) -> float | Array:
+        """Root of the gravity over the standard one, of all modes or one a mode."""
+        return self._root
+
+    @property
     def damped(self) -> Array:
         """Frequencies of the damped modes omega_d [rad/s], shape (n,)."""
         return self._damped
