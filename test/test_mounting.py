@@ -53,10 +53,11 @@ def test_what_is_no_pose_is_refused(translation, quaternion):
         pose_of(translation, quaternion)
 
 
-def test_engine_that_is_mounted_later_equals_one_that_always_was():
+@pytest.mark.parametrize('high_pass', [0.0, 0.05])
+def test_engine_that_is_mounted_later_equals_one_that_always_was(high_pass):
     turned = {'imu.xyz': [1.0, 0.2, 0.5], 'imu.rpy': [0.02, -0.1, 0.4]}
-    config = SloshConfig.from_parameters(RECTANGLE | turned)
-    at_once, later = SloshEngine(config), engine_of()
+    config = SloshConfig.from_parameters(RECTANGLE | turned | {'imu.high_pass': high_pass})
+    at_once, later = SloshEngine(config), engine_of(imu__high_pass=high_pass)
     feed(later, stamps(0.5, 0.01), (0.4, 0.0, G))
     later.mount(config.imu)
     for k, stamp in enumerate(stamps(1.0, 0.01)):

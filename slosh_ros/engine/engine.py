@@ -131,12 +131,7 @@ class SloshEngine:
         self.gate = SampleGate(config.gate)
         self.warnings: Counter[str] = Counter()
         self._acceleration = AccelerationFilter(config.loads_cutoff)
-        self._upwards = (config.imu.rotation.T @ [0.0, 0.0, GRAVITY]).tolist()
-        self._high_pass = (
-            HighPass(config.high_pass, config.imu.rotation[2])
-            if config.high_pass and config.source == 'imu'
-            else None
-        )
+        self._turn_to(config.imu)
         self._measured_gravity = config.measured_gravity and config.source == 'imu'
         self._gravity: float | Array = 1.0  # over the standard one, at the last sample
         self._mean_force = (0.0, 0.0, 0.0)
@@ -146,6 +141,12 @@ class SloshEngine:
                 tuple(TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks)
             )
         )
+
+    def _turn_to(self, imu: Pose) -> None:
+        """Take the axes of the IMU."""
+        self._upwards = (imu.rotation.T @ [0.0, 0.0, GRAVITY]).tolist()
+        corner = self.config.high_pass if self.config.source == 'imu' else 0.0
+        self._high_pass = HighPass(corner, imu.rotation[2]) if corner else None
 
     def _use(self, model: VehicleModel) -> None:
         """Take up a model, its liquid at rest."""
@@ -159,7 +160,7 @@ class SloshEngine:
         self._waves = self._moving[:-ACCELERATION].view(complex)
         self._accelerating = self._moving[-ACCELERATION:]
         for tank, part in zip(model.tanks, model.parts, strict=True):
-            tank.share(self._modes, part, self._accelerating)
+            tank.share(self._modes, part, self._waves, self._accelerating)
 
     @property
     def carried(self) -> CarriedLiquid:
@@ -208,7 +209,7 @@ class SloshEngine:
     def mount(self, imu: Pose) -> None:
         """Take another pose of the IMU in base_link; the liquid starts from rest."""
         config = self.config = replace(self.config, imu=imu)
-        self._upwards = (imu.rotation.T @ [0.0, 0.0, GRAVITY]).tolist()
+        self._turn_to(imu)
         tanks = (TankModel(t.config, config.sensor, config.output_frame) for t in self.tanks)
         self._use(VehicleModel(tuple(tanks)))
         self.reset()

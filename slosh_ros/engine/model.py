@@ -24,6 +24,7 @@ from slosh_ros.modal.loads import LoadMatrices, wrench_transform
 from slosh_ros.modal.pressure import PressureMatrices
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 # Motion of the sensor, in its axes: force, velocity, rate, and the products of the rate
 FORCE, VELOCITY, RATE, PRODUCTS = (slice(a, b) for a, b in ((0, 3), (3, 6), (6, 9), (9, 15)))
@@ -117,9 +118,12 @@ class TankModel:
             )
             self.pressure_at_rest = GRAVITY * p.acceleration[:, 2]
 
-    def share(self, modes: ModalIntegrator, part: slice, acceleration: Array) -> None:
+    def share(
+        self, modes: ModalIntegrator, part: slice, waves: ComplexArray, accelerating: Array
+    ) -> None:
         """Tell which part of which modes moves in this tank, and how the sensor accelerates."""
-        self._modes, self._part, self._acceleration = modes, part, acceleration
+        self._modes, self._part = modes, part
+        self._waves, self._accelerating = waves[part], accelerating
 
     @property
     def beta(self) -> Array:
@@ -134,8 +138,8 @@ class TankModel:
     @property
     def wrench(self) -> Array:
         """Sloshing wrench of this tank at the sample last taken, in the output frame, (6,)."""
-        waves = np.ascontiguousarray((self._modes.root * self._modes.wave)[self._part])
-        return np.asarray(self.state @ waves.view(float) + self.feedthrough @ self._acceleration)
+        waves = self._waves.view(float)
+        return np.asarray(self.state @ waves + self.feedthrough @ self._accelerating)
 
     @property
     def mass_moment(self) -> Array:
