@@ -91,6 +91,7 @@ class Adversary:
         header, stamp = message.header, self.stamp()
         header.stamp.sec, header.stamp.nanosec = divmod(stamp, SECOND)
         if self._dice.random() < 0.05:
+            header.stamp.sec = int(self._dice.choice([header.stamp.sec, 2**31 - 1, -(2**31)]))
             header.stamp.nanosec = int(self._dice.integers(2**32))
         header.frame_id = str(self._dice.choice(['imu_link', '', 'ö/☃'], p=[0.9, 0.05, 0.05]))
         for name in ('linear_acceleration', 'angular_velocity'):
