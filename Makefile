@@ -24,7 +24,7 @@ MAKE_VENV := requirements/make_venv.sh
 # Files of tests on all cores, each worker with a ROS domain of its own (test/conftest.py).
 SHARED_OUT := -n logical --dist loadfile
 
-.PHONY: help venv demo test lint format bench docs colcon test-oldest bags clean
+.PHONY: help venv demo test lint format bench soak docs colcon test-oldest bags clean
 
 help: ## list the targets
 	@sed -nE 's/^([a-z-]+):.*## (.*)/\1 \2/p' Makefile | \
@@ -53,10 +53,12 @@ format: $(STAMP) ## let ruff write the code as lint wants it
 	$(RUN) ruff check --fix
 	$(RUN) ruff format
 
-bench: $(STAMP) ## what a sample costs, against a bare relay node; what scenarios and tanks cost
-	.venv/bin/python bench/node_against_relay.py
-	.venv/bin/python bench/simulate.py
-	.venv/bin/python bench/coefficients.py
+bench: $(STAMP) ## what it all costs, against a bare relay node, reading a bag, Basilisk (build/bench.json)
+	@$(RUN) pip install -q -r requirements/bench.txt || echo 'without Basilisk, which cannot be installed here'
+	.venv/bin/python bench/run.py
+
+soak: $(STAMP) ## a million samples through the engine, a hundred thousand through slosh_node: memory, losses
+	.venv/bin/python bench/soak.py
 
 docs: $(STAMP) ## the manual as HTML, warnings are errors; open build/docs/index.html
 	$(RUN) sphinx -W --keep-going -n -q -E -b html docs build/docs

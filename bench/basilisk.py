@@ -29,7 +29,7 @@ from slosh_ros.modal.loads import LoadMatrices
 
 MASSES = (2, 8)
 STEP = 0.01  # [s]
-STEPS, REPEATS = 2000, 5
+STEPS, REPEATS = 500, 20
 TARGET = 10.0
 
 

@@ -87,8 +87,9 @@ def _timed(solve: Callable[[float], ModalCoefficients], fill: float) -> float:
     return time.perf_counter() - began
 
 
-def main() -> None:
-    """Print the first and the best time of every case, and its largest error in omega."""
+def main() -> list[dict[str, object]]:
+    """Print and return the first and best time of every case, and its largest error in omega."""
+    rows: list[dict[str, object]] = []
     table = Table('route and tank', 'fill', 'modes', 'first [s]', 'best [s]', 'error in omega')
     for case in CASES:
         for fill in FILLS:
@@ -100,7 +101,12 @@ def main() -> None:
                 case.name, f'{fill:.0%}', f'{len(found.names)}', f'{first:.3f}', f'{best:.3f}',
                 f'{error:.0e}',
             )  # fmt: skip
+            rows.append({
+                'case': case.name, 'fill': fill, 'modes': len(found.names), 'first_s': first,
+                'best_s': best, 'omega_error': error,
+            })  # fmt: skip
     Console(width=100).print(table)
+    return rows
 
 
 if __name__ == '__main__':

@@ -13,7 +13,7 @@ from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
 MODES = (1, 2, 4, 8, 16, 32, 64, 128)
 TANKS = (1, 2, 4, 8, 16)
 MODES_A_TANK = 8
-SAMPLES, REPEATS = 2000, 5
+SAMPLES, REPEATS = 500, 20
 STEP = 10_000_000  # [ns]
 
 

@@ -130,7 +130,7 @@ class Duel:
         stack.callback(self._driver.destroy_node)
         self._executor = EventsExecutor()
         self._executor.add_node(self._driver)
-        log = stack.enter_context(tempfile.TemporaryFile())
+        log = stack.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
         commands = {
             'relay': [sys.executable, __file__, '--relay', '--ros-args'],
             'slosh_node': [

@@ -1,5 +1,5 @@
 """
-A long drive: does memory grow, is every sample answered?
+A long drive: whether memory grows and every sample is answered.
 
 A million samples through the engine and a hundred thousand through slosh_node over DDS, as fast as
 they go; a bad one among them now and then. Memory (RSS) after the first tenth is what the end is
@@ -84,8 +84,8 @@ def through_node(samples: int) -> dict[str, float]:
         log = stack.enter_context(tempfile.TemporaryFile())
         process = subprocess.Popen(
             [
-                sys.executable, '-m', 'slosh_ros.ros.slosh_node', '--ros-args', '-r', '__ns:=/soak',
-                '--params-file', str(CONFIG),
+                sys.executable, '-m', 'slosh_ros.ros.slosh_node', '--ros-args',
+                '-r', '__ns:=/soak', '--params-file', str(CONFIG),
                 '-p', 'qos_overrides./soak/imu/data.subscription.reliability:=reliable',
             ],
             stdout=log, stderr=log,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -48,13 +49,21 @@ class Conversation:
         self.node, self.driver = node, driver
         self.config = SloshConfig.from_file(config)
         self.reports: list[DiagnosticStatus] = []
-        driver.node.create_subscription(
-            DiagnosticArray, '/diagnostics', lambda m: self.reports.extend(m.status), 10
-        )
+        self._made: list[int] = []  # when the node made them [ns]
+        self._told = time.time_ns()
+        driver.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_report, 10)
         driver.wait_for_node()
         driver.exchange(imu(START))  # until both ways are open
         self._before = self.counts()
         self.expected: Counter[Verdict] = Counter()
+
+    def _on_report(self, message: DiagnosticArray) -> None:
+        self.reports += message.status
+        self._made += [stamp_of(message)] * len(message.status)
+
+    def _reports_since(self, moment: int) -> list[DiagnosticStatus]:
+        pairs = zip(self.reports, self._made, strict=True)
+        return [report for report, made in pairs if made > moment]
 
     def restart(self) -> None:
         """Let the next good sample find the liquid at rest."""
@@ -73,6 +82,7 @@ class Conversation:
         """
         cases = list(cases)
         self.restart()
+        self._told = time.time_ns()
         for messages in self.driver.received.values():
             messages.clear()
         good = []
@@ -106,21 +116,21 @@ class Conversation:
         return answers
 
     def next_report(self) -> DiagnosticStatus:
-        """Return the first report that was made after everything told so far."""
-        heard = len(self.reports)
-        self.driver.spin_until(lambda: len(self.reports) > heard + 1)
-        return self.reports[-1]
+        """Return the next report; those that still wait in a queue are older."""
+        now = time.time_ns()
+        self.driver.spin_until(lambda: bool(self._reports_since(now)))
+        return self._reports_since(now)[0]
 
     def report_of(self, text: str) -> DiagnosticStatus:
-        """Return the next report whose message has this text, or the last of three."""
-        heard = len(self.reports)
+        """Return a report with this text since the last case began; wait for three at most."""
+        now = time.time_ns()
 
         def found() -> DiagnosticStatus | None:
-            return next((r for r in self.reports[heard:] if text in r.message), None)
+            return next((r for r in self._reports_since(self._told) if text in r.message), None)
 
-        self.driver.spin_until(lambda: found() is not None or len(self.reports) > heard + 2)
+        self.driver.spin_until(lambda: found() is not None or len(self._reports_since(now)) > 2)
         report = found()
-        assert report is not None, [r.message for r in self.reports[heard:]]
+        assert report is not None, [r.message for r in self._reports_since(self._told)]
         return report
 
     def counts(self) -> Counter[str]:

@@ -77,9 +77,8 @@ class Adversary:
             self._stamp += int(self._dice.choice(JUMPS))
         else:
             self._stamp = int(self._dice.integers(-(2**31), 2**31)) * SECOND
-        if not -(2**31) * SECOND < self._stamp < (2**31 - 1) * SECOND:
-            self._stamp = START
-        elif self._stamp <= 0 and self._dice.random() < 0.3:  # not for long, or all are refused
+        lost = self._stamp <= 0 and self._dice.random() < 0.3  # not for long: all are refused
+        if lost or not -(2**31) * SECOND < self._stamp < (2**31 - 1) * SECOND:
             self._stamp = START
         return self._stamp
 
@@ -91,6 +90,7 @@ class Adversary:
         header, stamp = message.header, self.stamp()
         header.stamp.sec, header.stamp.nanosec = divmod(stamp, SECOND)
         if self._dice.random() < 0.05:
+            header.stamp.sec = int(self._dice.choice([header.stamp.sec, 2**31 - 1, -(2**31)]))
             header.stamp.nanosec = int(self._dice.integers(2**32))
         header.frame_id = str(self._dice.choice(['imu_link', '', 'ö/☃'], p=[0.9, 0.05, 0.05]))
         for name in ('linear_acceleration', 'angular_velocity'):

@@ -52,6 +52,14 @@ def test_a_stamp_of_no_use_leaves_no_trace(talk, name):
     assert talk.tell(case) == talk.as_if(good(case))
 
 
+def test_a_stamp_beyond_the_end_of_time_leaves_no_trace(talk):
+    """More than a second of nanoseconds after the last second: no answer could bear it."""
+    odd = imu(0, (50.0, -50.0, 5.0))
+    odd.header.stamp.sec, odd.header.stamp.nanosec = 2**31 - 1, 2**32 - 1
+    case = [*BEGIN, (odd, Verdict.OUT_OF_RANGE), (lively(LAST + STEP, 0.1), Verdict.ACCEPTED)]
+    assert talk.tell(case) == talk.as_if(good(case))
+
+
 def test_the_first_of_a_burst_with_equal_stamps_counts(talk):
     stamp = LAST + STEP
     burst = [(imu(stamp, (float(k), 0.0, 9.81)), Verdict.DUPLICATE) for k in range(5)]

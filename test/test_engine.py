@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from drives import RECTANGLE, SECOND, START, G, engine_of, feed, stamps, totals, wrenches
@@ -463,3 +465,32 @@ def test_mass_centre_of_a_tilted_tank_moves_by_the_wedge(axis, side):
     shift = engine.centre_of_mass - at_rest
     assert shift[axis] == pytest.approx(np.sin(tilt) * side**2 / (12 * 0.8), rel=1e-3)
     assert np.delete(shift, axis) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_memory_does_not_grow_with_the_drive():
+    """Twenty thousand samples, good and bad, through two tanks; `make soak` drives a million."""
+    engine = SloshEngine(SloshConfig.from_parameters(
+        {f'{name}.{key.removeprefix("tank.")}': value
+         for name in ('front', 'rear') for key, value in RECTANGLE.items()}
+        | {'tanks': ['front', 'rear'], 'rear.xyz': [-9.0, 0.0, 0.0]}
+    ))  # fmt: skip
+
+    def go(samples: range) -> None:
+        for k in samples:
+            force = [np.nan if k % 50 == 49 else 0.3 * np.sin(0.01 * k), 0.1, G]
+            # jumps and gaps as well: each verdict is to leave nothing behind
+            stamp = START + k * 10_000_000 + (3 * SECOND if k % 1000 < 500 else 0)
+            engine.feed(MotionSample.from_imu(stamp, force, [0.0, 0.01, 0.02]))
+
+    go(range(2000))  # warm
+    tracemalloc.start()
+    try:
+        before = tracemalloc.take_snapshot()
+        go(range(2000, 22_000))
+        growth = sum(
+            d.size_diff for d in tracemalloc.take_snapshot().compare_to(before, 'filename')
+        )
+    finally:
+        tracemalloc.stop()
+    assert len(engine.gate.counts) > 3
+    assert growth < 20_000  # bytes, a byte a sample: what caches and the counters need

@@ -10,6 +10,8 @@ from enum import Enum
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine.sample import MotionSample
 
+_END_OF_TIME = 2**31 * NANOSECONDS  # a builtin_interfaces/Time holds no later stamp
+
 
 class Verdict(Enum):
     """What the gate decided on a sample; the value says it to people."""
@@ -114,6 +116,8 @@ class SampleGate:
         policy = self._policy
         if sample.stamp <= 0:
             return Verdict.ZERO_STAMP
+        if sample.stamp >= _END_OF_TIME:
+            return Verdict.OUT_OF_RANGE
         fx, fy, fz, vx, vy, vz, wx, wy, wz = values = sample.values
         # a sum is finite only if all are; one of large numbers need not be
         if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
