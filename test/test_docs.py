@@ -23,7 +23,7 @@ BRAKE = REPOSITORY / 'config' / 'scenarios' / 'brake.yaml'
 PAGES = {path.relative_to(DOCS).as_posix(): path.read_text() for path in DOCS.rglob('*.md')}
 EVERY_PAGE = '\n'.join(PAGES.values())
 BLOCK = re.compile(r'^```(\w+)\n(.*?)^```', re.DOTALL | re.MULTILINE)
-EXTRAS = {'howto/own_bem.md': ('xarray', 'netCDF4'), 'howto/new_shape.md': ('trimesh',)}
+EXTRAS = {'howto/own_bem.md': ('xarray', 'netCDF4')}
 CODE = [(page, *block) for page, text in PAGES.items() for block in BLOCK.findall(text)]
 
 
