@@ -23,7 +23,7 @@ BRAKE = REPOSITORY / 'config' / 'scenarios' / 'brake.yaml'
 PAGES = {path.relative_to(DOCS).as_posix(): path.read_text() for path in DOCS.rglob('*.md')}
 EVERY_PAGE = '\n'.join(PAGES.values())
 BLOCK = re.compile(r'^```(\w+)\n(.*?)^```', re.DOTALL | re.MULTILINE)
-EXTRAS = {'howto/own_bem.md': ('xarray', 'netCDF4'), 'howto/new_shape.md': ('trimesh',)}
+EXTRAS = {'howto/own_bem.md': ('xarray', 'netCDF4')}
 CODE = [(page, *block) for page, text in PAGES.items() for block in BLOCK.findall(text)]
 
 
@@ -247,13 +247,14 @@ def test_topics_are_those_of_the_running_node(node: str, tmp_path: Path) -> None
 def in_graph(observer: object, node: str) -> set[tuple[str, str, str]]:
     """Ask DDS for direction, name and type of all that a node has."""
     found = set()
-    # a hidden node, its name begins with _, offers what must not hold up the node itself
-    there = [name for name in observer.get_node_names() if name.lstrip('_').startswith(node)]
+    if node not in observer.get_node_names():
+        return found  # not discovered yet
     for direction, ask in (
         ('in', observer.get_subscriber_names_and_types_by_node),
         ('out', observer.get_publisher_names_and_types_by_node),
-        ('service', observer.get_service_names_and_types_by_node),
     ):
-        for name in there:
-            found |= {(direction, at, kind) for at, kinds in ask(name, '/') for kind in kinds}
+        found |= {(direction, name, kind) for name, kinds in ask(node, '/') for kind in kinds}
+    for name, kinds in observer.get_service_names_and_types():  # of a hidden node's, too
+        if name.startswith(f'/{node}/'):
+            found |= {('service', name, kind) for kind in kinds}
     return found
