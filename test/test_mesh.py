@@ -403,7 +403,7 @@ def test_check_and_modes_tell_what_has_been_repaired(tmp_path: Path) -> None:
     )
     file = tmp_path / 'tank.yaml'
     file.write_text(CONFIG.format(file='tank.ply') + '    tank.modes: 1\n')
-    for command in ('check', 'modes'):
-        out = slosh(command, file).stdout.replace('\n', ' ')
+    for command in (['check', file], ['modes', file, '--fill', '0.0']):
+        out = slosh(*command).stdout.replace('\n', ' ')
         assert 'its normals pointed inwards and are turned' in out
         assert "the origin of the tank frame is at (0, 0, 0.6) m of the file's axes" in out
