@@ -426,14 +426,15 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
         return
     lambdas = [f'lambda_{k} [{unit}]' for k, unit in _LAMBDAS.items()]
     table = _table('mode', 'omega [rad/s]', 'period [s]', 'damping', 'mu [kg]', *lambdas)
-    for j, name in enumerate(c.names):
+    least = _SMALL * np.abs(c.coupling).max(axis=0)
+    for j, (name, row) in enumerate(zip(c.names, c.coupling, strict=True)):
         table.add_row(
             name,
             f'{c.omega[j]:.5f}',
             f'{2.0 * np.pi / c.omega[j]:.3f}',
             f'{damping[j]:.4f}',
             f'{c.mu[j]:.6g}',
-            *(f'{c.coupling[j, k - 1]:.6g}' if c.coupling[j, k - 1] else '-' for k in _LAMBDAS),
+            *(f'{row[k - 1]:.6g}' if abs(row[k - 1]) > least[k - 1] else '-' for k in _LAMBDAS),
         )
     _out.print(table)
     surge, sway = (c.coupling[:, :2] ** 2 / c.mu[:, None]).sum(axis=0) / c.mass

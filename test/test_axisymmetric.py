@@ -12,6 +12,7 @@ from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients
 from slosh_ros.hydro.section_mesh import Resolution
+from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.tank import Circle, Rectangle, cylinder_z, sphere
 
 Array = NDArray[np.float64]
@@ -144,6 +145,21 @@ def test_an_upright_cylinder_by_closed_form() -> None:
     assert found.potentials.stokes_joukowski(points) == pytest.approx(
         exact.potentials.stokes_joukowski(points), abs=2e-5
     )
+
+
+def test_a_sphere_by_the_route_of_any_volume() -> None:
+    """Splines that a surface of triangles cuts know nothing of revolution: published 1.560157."""
+    resolution = VolumeResolution(triangles=6000)
+    found = volume_coefficients(BALL, RADIUS, 850.0, 4, resolution)
+    exact = coefficients_of(BALL, RADIUS, 850.0, 4)
+    assert found.omega**2 / GRAVITY * RADIUS == pytest.approx(
+        [1.560157, 1.560157, 5.275546, 5.275546], rel=1e-4
+    )
+    shares = [c.coupling[:, :2] ** 2 / c.mu[:, np.newaxis] / c.mass for c in (found, exact)]
+    assert shares[0] == pytest.approx(shares[1], abs=1e-4)
+    inertia, expected = (c.inertia_stokes_joukowski for c in (found, exact))
+    assert inertia == pytest.approx(expected, abs=1e-3 * expected.max())
+    assert found.wall_friction == pytest.approx(exact.wall_friction, rel=5e-3)
 
 
 def test_modes_come_in_pairs() -> None:

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 from numpy.typing import NDArray
+from test_replay import slosh
 
 from slosh_ros.engine import SloshConfig
 from slosh_ros.errors import InputError
@@ -176,6 +178,24 @@ def test_the_surface_of_the_liquid(surface: Surface, exact: Tank, size: float) -
         centre = tank.filled(depth).surface_centre
         liquid = found.liquid(depth, tank.fill_ratio(depth), centre, tank.height - depth)
         assert_same(liquid, exact.filled(depth), 1e-8)
+
+
+@pytest.mark.parametrize('fill_ratio', [0.02, 0.6, 0.95])
+def test_the_shipped_tanker_as_trimesh_measures_it(fill_ratio: float) -> None:
+    """Volume, centroid and inertia by trimesh of the closed surface; its sump below, its heads."""
+    tank = mesh(str(REPOSITORY / 'config' / 'meshes' / 'oval_tanker.stl'), 0.001)
+    assert tank.box == pytest.approx([6.2, 2.4, 1.85], abs=1e-3)
+    depth = tank.depth(fill_ratio)
+    liquid, surface = tank.filled(depth), tank.liquid_surface(depth, 0.4)
+    assert_closed(surface)
+    count = len(surface.triangles)
+    other = trimesh.Trimesh(surface.triangles.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+    other.density = 1.0
+    assert liquid.volume == pytest.approx(other.volume, rel=1e-7)
+    assert liquid.centroid == pytest.approx(other.center_mass, abs=1e-6)
+    x, y, z = other.center_mass
+    steiner = np.diag([y**2 + z**2, x**2 + z**2, x**2 + y**2]) * other.volume
+    assert liquid.inertia == pytest.approx(other.moment_inertia + steiner, rel=1e-6, abs=1e-6)
 
 
 def frame() -> Surface:
@@ -402,7 +422,7 @@ def test_check_and_modes_tell_what_has_been_repaired(tmp_path: Path) -> None:
     )
     file = tmp_path / 'tank.yaml'
     file.write_text(CONFIG.format(file='tank.ply') + '    tank.modes: 1\n')
-    for command in ('check', 'modes'):
-        result = within([command, file])
-        assert 'its normals pointed inwards and are turned' in result.out
-        assert "the origin of the tank frame is at (0, 0, 0.6) m of the file's axes" in result.out
+    for command in (['check', file], ['modes', file, '--fill', '0.0']):
+        out = slosh(*command).stdout.replace('\n', ' ')
+        assert 'its normals pointed inwards and are turned' in out
+        assert "the origin of the tank frame is at (0, 0, 0.6) m of the file's axes" in out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -68,6 +69,8 @@ def test_picture_of_the_surface_shapes(tmp_path, name):
 
 def test_every_shipped_configuration_is_good():
     files = sorted((REPOSITORY / 'config').rglob('*.yaml'))
+    if find_spec('trimesh') is None:  # an extra
+        files = [file for file in files if 'mesh_file' not in file.read_text()]
     result = slosh('check', *files)
     assert result.returncode == 0, result.stderr
     assert result.stdout.count(': good: ') == len(files)

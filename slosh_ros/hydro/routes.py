@@ -11,7 +11,7 @@ from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.hydro.volume import volume_coefficients
+from slosh_ros.hydro.volume import full_volume_coefficients, volume_coefficients
 from slosh_ros.tank import (
     Capsule,
     Circle,
@@ -48,6 +48,8 @@ def coefficients_of(
     if isinstance(tank, UprightCylinder):
         return cylinder_z_coefficients(tank, depth, density, count)
     if isinstance(tank, MeshTank) or (isinstance(tank, Capsule) and not tank.is_sphere):
+        if depth == tank.height:
+            return full_volume_coefficients(tank, depth, density)
         return volume_coefficients(tank, depth, density, count)
     if isinstance(tank, Capsule):
         liquid = tank.filled(depth)

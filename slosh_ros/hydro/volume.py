@@ -18,12 +18,13 @@ import numpy as np
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.coefficients import Array, ModalCoefficients
+from slosh_ros.hydro.coefficients import Array, ModalCoefficients, still_coefficients
 from slosh_ros.hydro.section import half_waves
 from slosh_ros.hydro.volume_grid import grid_around
 from slosh_ros.hydro.volume_modes import (
     Family,
     SplinePotentials,
+    closed_families,
     families,
     folded,
     symmetries,
@@ -41,6 +42,7 @@ COUPLING_SHARE = 1e-7
 _TARGET = 5e-4  # error that calls for no finer grid
 _FINER = 1.4  # by which one grid is finer than the one before
 _GRIDS = 4  # most that are tried
+_FULL = 300  # cells of the grid in a full tank
 _LARGEST = 4500  # functions of a grid; the cost goes with the third power
 
 _MIXING = 0.01  # difference of kappa below which modes may mix in one grid and not in another
@@ -210,6 +212,60 @@ def volume_coefficients(
         potentials=replace(potentials, psi=potentials.psi * scale),
         error=error,
     )
+
+
+def full_volume_coefficients(
+    tank: FillableTank, depth: float, density: float, resolution: VolumeResolution = DEFAULT
+) -> ModalCoefficients:
+    """
+    Coefficients of a tank that is full: without modes, about O, its top.
+
+    Parameters
+    ----------
+    tank : FillableTank
+        The tank.
+    depth : float
+        Its height [m].
+    density : float
+        Density of the liquid [kg/m^3].
+    resolution : VolumeResolution
+        Size of the discrete problem; `error` tells by how much a coarser grid differs.
+    """
+    liquid = tank.filled(depth)
+    parts = _surfaces(tank, depth, liquid, resolution.triangles)
+    symmetric = symmetries(parts[0][1])
+    parts = [(weight, folded(surface, symmetric)) for weight, surface in parts]
+    corners = parts[0][1].wall.reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    low[:2][np.array(symmetric)] = 0.0
+    high[2] = 0.0
+
+    def solved(functions: float) -> tuple[tuple[Axis, Axis, Axis], list[Family]]:
+        cell = np.cbrt(np.prod(high - low) / functions)
+        x, y, z = (
+            Axis(np.linspace(a, b, 2 + int((b - a) / cell)), resolution.degree)
+            for a, b in zip(low, high, strict=True)
+        )
+        return (x, y, z), closed_families(forms(parts, (x, y, z)), symmetric)
+
+    inertias = []
+    for cells in (_FULL / _FINER**3, _FULL):
+        axes, found = solved(cells)
+        inertias.append(sum((f.inertia for f in found), np.zeros((3, 3))))
+    potentials = SplinePotentials(
+        axes=axes,
+        symmetric=symmetric,
+        odd=np.zeros((0, 2), dtype=bool),
+        psi=np.zeros((len(found[0].rotation), 0)),
+        rotation_odd=np.array([family.odd for family in found]),
+        rotation=np.stack([family.rotation for family in found], axis=1),
+    )
+    # zero at O, where it is vented; the splines add up to 1
+    even = ~np.any(potentials.rotation_odd, axis=1)
+    potentials.rotation[:, even] -= potentials.stokes_joukowski(np.zeros((1, 3)))
+    still = still_coefficients('volume', density, liquid, density * inertias[1], potentials)
+    error = float(np.abs(inertias[1] - inertias[0]).max() / np.abs(inertias[1]).max())
+    return replace(still, error=error)
 
 
 def _wall_friction(wall: Array, potentials: SplinePotentials) -> Array:

@@ -142,6 +142,55 @@ def _family(forms: Forms, odd: Parity, couples: NDArray[np.bool_]) -> Family:
     )
 
 
+def closed_families(forms: Forms, symmetric: Parity) -> list[Family]:
+    """
+    Solve for the rotation of a liquid without a free surface; see :func:`families`.
+
+    Parameters
+    ----------
+    forms : Forms
+        Integrals over the liquid, folded where it is symmetric.
+    symmetric : tuple of bool
+        Whether it is, about x = 0 and about y = 0.
+    """
+    shape = tuple(axis.functions for axis in forms.axes)
+    inside = np.diag(forms.stiffness) > _OUTSIDE * forms.scale
+    found = []
+    x_planes, y_planes = ((False, True) if plane else (False,) for plane in symmetric)
+    for odd in itertools.product(x_planes, y_planes):
+        couples = np.all((odd == _ODD) | ~np.array(symmetric), axis=1)[3:]
+        if not couples.any():
+            continue
+        wanted = inside.reshape(shape).copy()
+        wanted[: int(odd[0])] = False
+        wanted[:, : int(odd[1])] = False
+        among = np.flatnonzero(wanted)
+        size = 1.0 / np.sqrt(forms.scale[among])
+        stiffness = forms.stiffness[np.ix_(among, among)] * size[:, np.newaxis] * size
+        if not any(odd):
+            # the constant, whose splines are all 1, is held; nothing pushes it
+            constant = 1.0 / (size * np.linalg.norm(1.0 / size))
+            stiffness += np.trace(stiffness) / len(among) * np.outer(constant, constant)
+        lower, _ = _cholesky(stiffness)
+        pushes = np.where(couples[:, np.newaxis], forms.pushes[3:, among], 0.0)
+        turning = solve_triangular(lower, (pushes * size).T, lower=True, check_finite=False)
+        rotation = np.zeros((len(inside), 3))
+        rotation[among] = solve_triangular(lower.T, turning, check_finite=False)
+        rotation[among] *= size[:, np.newaxis]
+        none = np.zeros(0)
+        found.append(
+            Family(
+                odd=odd,
+                kappa=none,
+                psi=np.zeros((len(inside), 0)),
+                coupling=np.zeros((0, 6)),
+                rotation=rotation,
+                inertia=turning.T @ turning,
+            )
+        )
+    return found
+
+
 def _cholesky(stiffness: Array) -> tuple[Array, float]:
     """Lower factor of the stiffness with as little as possible of the medium, and how much."""
     for share in _MEDIUM:

@@ -275,6 +275,8 @@ def _moments(triangles: Array, axes: tuple[Axis, ...]) -> Array:
     Shape (cells of each axis ..., coefficients of each axis ...).
     """
     triangles = triangles[area_vectors(triangles)[:, 2] != 0.0]
+    if not len(triangles):  # no free surface
+        return np.zeros((*(a.cells for a in axes), *(2 * a.degree + 1 for a in axes)))
     for k, axis in enumerate(axes):
         triangles = cut(triangles, k, axis.breaks[1:-1])
     middle = triangles.mean(axis=1)

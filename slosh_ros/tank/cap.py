@@ -110,6 +110,9 @@ class CapTriangles:
             Length of the edges, more or less [m].
         """
         wall = _rows(Circle(radius).wall(depth, 1.0 - _steps(radius, depth, size)), size)
+        if depth == 2.0 * radius:
+            wall[-1] = top = np.zeros((1, 3))
+            return cls(_between(wall)[:, ::-1], np.zeros((0, 3, 3)), _line(wall), top)
         contact = wall[-1][0, 0]
         count = max(_FEWEST, int(np.ceil(contact / size)))
         level = contact * np.linspace(0.0, 1.0, count + 1)
@@ -118,8 +121,8 @@ class CapTriangles:
         return cls(
             wall=_between(wall)[:, ::-1],
             free=_between(free),
-            wall_line=np.array([row[-1] for row in wall]),
-            free_line=np.array([row[-1] for row in free]),
+            wall_line=_line(wall),
+            free_line=_line(free),
         )
 
 
@@ -146,6 +149,11 @@ def _rows(profile: Array, size: float) -> list[Array]:
         x[1:][-1:] = 0.0  # exactly on the plane of symmetry
         rows.append(np.stack([x, y, np.full_like(x, z)], axis=-1))
     return rows
+
+
+def _line(rows: list[Array]) -> Array:
+    """Return the ends of rows, on x = 0."""
+    return np.array([row[-1] for row in rows])
 
 
 def _between(rows: list[Array]) -> Array:

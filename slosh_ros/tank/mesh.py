@@ -194,7 +194,8 @@ class MeshTank:
         InputError
             If the liquid lies in several pools, or the mesh has details far too small.
         """
-        cut = self._one_pool(depth)
+        is_full = depth == self.height
+        cut = self._cut(depth) if is_full else self._one_pool(depth)
         points, wall, loops = refined(cut.points, cut.wall, cut.loops, size)
         cut = Cut(points, wall, loops, np.zeros(len(wall), dtype=np.intp))
         wide = max(size, float(np.sqrt(cut.surface[0] / _FREE)))
@@ -202,7 +203,7 @@ class MeshTank:
         def sides(at: Array) -> Array:
             return np.full(len(at), wide)
 
-        free = []
+        free = [np.zeros((0, 3, 3))]
         parts: dict[tuple[int, int], list[Array]] = {}
         for outer, holes in cut.pieces:
             rings = [cut.loops[i] for i in (outer, *holes)]
