@@ -217,6 +217,7 @@ def _slope_of_potential(corners: Array) -> Array:
     """Return D, which makes slopes along the normals of potentials of panels, (n, n) [1/m]."""
     try:
         import capytaine
+        from capytaine.green_functions import delhommeau
     except ImportError as error:
         raise InputError(
             'boundary elements need the package capytaine: pip install "slosh_ros[bem]"'
@@ -226,8 +227,9 @@ def _slope_of_potential(corners: Array) -> Array:
     mesh = capytaine.Mesh(
         vertices=vertices, faces=number.ravel()[faces], auto_clean=False, auto_check=False
     )
-    # there are no waves, whose integrals it would tabulate
-    rankine = capytaine.Delhommeau(tabulation_nr=0, tabulation_nz=0, tabulation_cache_dir=None)
+    # there are no waves, whose integrals it would tabulate; it says that it does, even of none
+    delhommeau.LOG.disabled = True
+    rankine = delhommeau.Delhommeau(tabulation_nr=0, tabulation_nz=0, tabulation_cache_dir=None)
     single, double = rankine.evaluate(
         mesh, mesh, free_surface=np.inf, water_depth=np.inf, wavenumber=0.0,
         adjoint_double_layer=False,

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from slosh_ros.constants import GRAVITY
+from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.hydro.added_mass import AddedMass
+from slosh_ros.hydro.boundary_elements import BoundaryElements, Panels
 from slosh_ros.hydro.frequency import (
     ComplexArray,
     rectangular_wall_ratio,
@@ -14,16 +20,28 @@ from slosh_ros.hydro.frequency import (
 from slosh_ros.study.paper import cases
 from slosh_ros.study.paper.cases import Array
 from slosh_ros.study.paper.draw import Curve, Panel, picture
-from slosh_ros.study.paper.item import Drawing, Finding, Row, against
+from slosh_ros.study.paper.item import Drawing, Finding, Row, against, claim
 from slosh_ros.tank import UniformTank
 
 _NODES = 24  # of Gauss, in each direction
 _MODES = 60
 _FINE = np.linspace(0.02, 5.0, 1200)  # [rad/s]
+_FEW = _FINE[::6]
+_PANEL_SIZES = {0.8: 0.31, 1.2: 0.265, 1.8: 0.225}  # by depth [m]; the paper: 470, 680, 1076
+_NEAR = 0.02  # by which natural frequencies of so many panels may differ from the exact ones
 _NO_CURVE = (
     "The paper's curve is in a picture, which the text does not hold: of the curve itself nothing "
     'can be compared.'
 )
+
+
+class _Elements(NamedTuple):
+    """Boundary elements and their sweeps, damped by eq (36)."""
+
+    solver: BoundaryElements
+    panels: int
+    fine: AddedMass
+    grid: AddedMass
 
 
 def peaks(omega: Array, values: ComplexArray) -> Array:
@@ -51,12 +69,68 @@ def _peak_rows(
     return rows
 
 
+def _by_elements(tank: UniformTank, depth: float, density: float) -> _Elements | str:
+    """Sweep by boundary elements; without them, what is missing."""
+    panels = Panels.of_tank(tank, depth, _PANEL_SIZES[depth])
+    try:
+        elements = BoundaryElements(panels, density)
+    except InputError as reason:
+        return f'The curve of the boundary elements is left out: {reason}.'
+    return _Elements(
+        elements, panels.count, elements.added_mass(_FEW, cases.EPSILON),
+        elements.added_mass(cases.PAPER_GRID, cases.EPSILON),
+    )  # fmt: skip
+
+
+def _told(elements: _Elements | str) -> tuple[str, ...]:
+    return () if isinstance(elements, _Elements) else (elements,)
+
+
+def _element_rows(
+    key: str, of: str, printed: tuple[str, ...], exact: tuple[float, ...],
+    elements: _Elements, i: int,
+) -> list[Row]:  # fmt: skip
+    """Compare peaks of boundary elements with the printed ones, and their poles with the exact."""
+    found = peaks(cases.PAPER_GRID, elements.grid.matrix[:, i, i])[: len(printed)]
+    poles = [_pole(elements.solver, place, i) for place in found]
+    off = [pole / own - 1.0 for pole, own in zip(poles, exact, strict=True)]
+    return [
+        claim(
+            f'{key}_elements', f'peaks by our {elements.panels} boundary elements, {of}',
+            ', '.join(f'{w:.2f}' for w in found), ', '.join(printed),
+            [f'{w:.2f}' for w in found] == list(printed), unit='rad/s',
+            why='these elements resonate at ' + ', '.join(f'{w:.3f}' for w in poles)
+            + ' rad/s; a peak is the nearest point of the grid',
+            evidence='the same sweep as the paper: constant panels, eq (36), eq (31)',
+        ),
+        claim(
+            f'{key}_poles', f'natural frequencies by boundary elements against exact, {of}',
+            ', '.join(f'{part:+.1%}' for part in off), '', max(np.abs(off)) < _NEAR,
+            why='what panels of this size leave; it falls as their size',
+            evidence='largest |A| between the points of the grid, against the modes',
+        ),
+    ]  # fmt: skip
+
+
+def _pole(solver: BoundaryElements, place: float, i: int) -> float:
+    """Frequency of the largest magnitude around a peak of the grid."""
+
+    def depth(omega: float) -> float:
+        return -float(np.abs(solver.added_mass(omega, cases.EPSILON).matrix[0, i, i]))
+
+    return float(minimize_scalar(depth, bounds=(place - 0.06, place + 0.06), method='bounded').x)
+
+
 def figure_3() -> Finding:
     """Draw the added mass of the rectangular tank, damped by eq (36)."""
     c, sweep = cases.table_1(), cases.table_1_sweep()
     ratio = rectangular_wall_ratio(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, c.names)
     fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
     grid = sweep.matrix[:-1]
+    elements = _by_elements(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, cases.TABLE_1_DENSITY)
+    columns: dict[str, Array] = {
+        'omega [rad/s]': _FINE, 'A_11 [t]': fine[:, 0, 0], 'A_22 [t]': fine[:, 1, 1],
+    }  # fmt: skip
     rows = []
     panels = []
     for i, printed, names in (
@@ -65,20 +139,31 @@ def figure_3() -> Finding:
         exact = tuple(float(c.omega[cases.mode(c, n)]) for n in names)
         found = peaks(cases.PAPER_GRID, grid[:, i, i])
         rows += _peak_rows(f'a{i + 1}{i + 1}', f'A_{i + 1}{i + 1}', printed, found, exact)
+        curves = [
+            Curve('250 modes', _FINE, fine[:, i, i]),
+            Curve("the paper's grid", cases.PAPER_GRID, grid[:, i, i].real / 1e3, True),
+        ]
+        if isinstance(elements, _Elements):
+            tag = f'A_{i + 1}{i + 1}'
+            rows += _element_rows(tag.lower().replace('_', ''), tag, printed, exact,
+                                  elements, i)  # fmt: skip
+            curve = elements.fine.matrix[:, i, i].real / 1e3
+            curves.append(Curve(f'{elements.panels} elements', _FEW, curve))
+            columns['omega of elements [rad/s]'] = _FEW
+            columns[f'{tag} by elements [t]'] = curve
         panels.append(
             Panel(
                 f'Re A_{i + 1}{i + 1} [t]',
-                (
-                    Curve('250 modes, damped by eq (36)', _FINE, fine[:, i, i]),
-                    Curve("on the paper's grid", cases.PAPER_GRID, grid[:, i, i].real / 1e3, True),
-                ),
+                curves,
                 marks={f'{w:.3f}': w for w in exact},
             )
         )
     return Finding(
         rows,
         text=(
-            f'epsilon = {cases.EPSILON} in eq (36); the paper does not state its own.',
+            f'Modes and boundary elements are damped by eq (36), epsilon = {cases.EPSILON}; the paper '
+            'does not state its own. It has 470 panels.',
+            *_told(elements),
             _NO_CURVE,
         ),
         drawings=(
@@ -87,7 +172,7 @@ def figure_3() -> Finding:
                 'Figure 3: added mass of the rectangular tank (total, liquid mass included). '
                 'Vertical lines: exact natural frequencies.',
                 picture('Added mass, tank 8 m x 2 m x 0.8 m', 'frequency [rad/s]', panels),
-                {'omega [rad/s]': _FINE, 'A_11 [t]': fine[:, 0, 0], 'A_22 [t]': fine[:, 1, 1]},
+                columns,
             ),
         ),
     )
@@ -130,7 +215,8 @@ def cylinder_wall_ratio(c: ModalCoefficients, tank: UniformTank, depth: float) -
 
 def figure_5() -> Finding:
     """Draw the added mass of the cylinder at two fills."""
-    rows, curves = [], {}
+    rows: list[Row] = []
+    curves: dict[str, tuple[Array, Array]] = {}
     columns: dict[str, Array] = {'omega [rad/s]': _FINE}
     for fill, printed in ((1.0, ('1.65', '3.75')), (1.5, ('2.05', '4.15'))):
         c = cases.braked(fill, _MODES)
@@ -141,20 +227,30 @@ def figure_5() -> Finding:
         tag = f'fill_{fill:.1f}R'.replace('.', '_')
         rows += _peak_rows(tag, f'h = {fill:.1f} R', printed, found, exact)
         fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
-        curves[fill] = fine
+        curves[f'h = {fill} R, modes'] = _FINE, fine
+        elements = _by_elements(cases.BRAKED_TANK, round(fill * 1.2, 9), c.density)
+        if isinstance(elements, _Elements):
+            rows += _element_rows(tag, f'h = {fill:.1f} R', printed, exact, elements, 0)
+            curve = elements.fine.matrix.real / 1e3
+            curves[f'h = {fill} R, {elements.panels} elements'] = _FEW, curve
+            columns['omega of elements [rad/s]'] = _FEW
+            for k, unit in ((0, 't'), (4, 't m')):
+                columns[f'A_1{k + 1} at {fill} R by elements [{unit}]'] = curve[:, 0, k]
         columns[f'A_11 at {fill} R [t]'] = fine[:, 0, 0]
         columns[f'A_15 at {fill} R [t m]'] = fine[:, 0, 4]
     panels = [
         Panel(
             f'Re A_{i + 1}{k + 1} [{unit}]',
-            [Curve(f'h = {fill} R', _FINE, fine[:, i, k]) for fill, fine in curves.items()],
+            [Curve(name, omega, matrix[:, i, k]) for name, (omega, matrix) in curves.items()],
         )
         for i, k, unit in ((0, 0, 't'), (0, 4, 't m'))
     ]  # fmt: skip
     return Finding(
         rows,
         text=(
-            f'{_MODES} modes, damped by eq (36) with epsilon = {cases.EPSILON}.',
+            f'{_MODES} modes, and boundary elements, damped by eq (36) with epsilon = '
+            f'{cases.EPSILON}. The paper has 680 and 1076 panels.',
+            *_told(elements),
             _NO_CURVE,
         ),
         drawings=(
