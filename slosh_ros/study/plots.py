@@ -80,6 +80,51 @@ def plot_modes(name: str, coefficients: ModalCoefficients, path: Path) -> None:
     _save(figure, path)
 
 
+def plot_sweep(name: str, found: Sequence[ModalCoefficients], path: Path) -> None:
+    """
+    Draw natural frequencies and the masses that modes move over the fill.
+
+    Parameters
+    ----------
+    name : str
+        Name of the tank.
+    found : sequence of ModalCoefficients
+        Of the same modes at rising or falling fill; without modes at its ends.
+    path : Path
+        PNG, SVG or PDF file.
+
+    Raises
+    ------
+    InputError
+        If there is no mode.
+    """
+    moving = [c for c in found if c.names]
+    if not moving:
+        raise InputError(f'{name} is empty or full: no mode can be drawn; choose other fills')
+    figure = Figure(figsize=(9.0, 9.0), layout='constrained')
+    frequency, mass = figure.subplots(2, 1, sharex=True)
+    fill = 100.0 * np.array([c.liquid.fill_ratio for c in moving])
+    for j, mode in enumerate(moving[0].names):
+        style = {'color': f'C{j % 10}', 'linestyle': '-' if j < 10 else '--', 'label': mode}
+        frequency.plot(fill, [c.omega[j] for c in moving], **style)
+        moved = np.array([c.mass_moved[j] for c in moving])
+        if np.isfinite([c.lever[j] for c in moving]).any():
+            mass.plot(fill, moved / 1e3, **style)
+    everything = 100.0 * np.array([c.liquid.fill_ratio for c in found])
+    mass.plot(everything, [c.mass / 1e3 for c in found], 'k:', label='all liquid')
+    frequency.set_ylabel('natural frequency [rad/s]')
+    mass.set_ylabel('mass that the mode moves [t]')
+    mass.set_xlabel('fill [% of the volume]')
+    mass.set_yscale('log')
+    most = max(c.mass for c in found) / 1e3
+    mass.set_ylim(1e-4 * most, 1.5 * most)
+    for axis in (frequency, mass):
+        axis.grid(alpha=0.3)
+        axis.legend(ncols=2, fontsize=8, loc='center left', bbox_to_anchor=(1.0, 0.5))
+    figure.suptitle(f'{name}: sloshing modes over the fill ({moving[0].route})')
+    _save(figure, path)
+
+
 def plot_replay(recording: Recording, title: str, path: Path) -> None:
     """
     Draw motion, wave height, force and moment over a shared time axis.
