@@ -435,17 +435,18 @@ def _print_sweep(
         )
     _out.print('under a closed lid about O, the centre of the mean free surface')
     _out.print(table)
-    names = max((c.names for c in found), key=len)
+    names = list(dict.fromkeys(name for c in found for name in c.names))
     for what, unit, digits, told in (
         ('natural frequency', 'rad/s', '.4f', [c.omega for c in found]),
         ('mass that the mode moves', 'kg', '.1f', [c.mass_moved for c in found]),
         ('its height above O', 'm', '+.4f', [c.lever for c in found]),
     ):
+        rows = [dict(zip(c.names, row, strict=True)) for c, row in zip(found, told, strict=True)]
         for first in range(0, len(names), _COLUMNS):
             shown = names[first : first + _COLUMNS]
             table = _table('fill [%]', *(f'{name} [{unit}]' for name in shown))
-            for ratio, row in zip(ratios, told, strict=True):
-                values = row[first : first + _COLUMNS].tolist() or [float('nan')] * len(shown)
+            for ratio, row in zip(ratios, rows, strict=True):
+                values = [row.get(name, np.nan) for name in shown]
                 table.add_row(
                     f'{ratio:.2%}'.rstrip('%'),
                     *('-' if np.isnan(v) else format(v, digits) for v in values),

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import itertools
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 from drives import SECOND, START, G
 from numpy.typing import NDArray
+from typer.testing import CliRunner
 
+from slosh_ros.cli import app
 from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine
+from slosh_ros.engine.fill import LiveFill
 from slosh_ros.errors import InputError
+from slosh_ros.hydro import coefficients_of
+from slosh_ros.tank import cylinder_x, rectangular
 
 Array = NDArray[np.float64]
 
@@ -350,3 +358,63 @@ def test_a_pipe_is_filled_from_a_film_by_table() -> None:
         assert (high == 0.0) == (surface < 0.5)
         assert loads.total[2] == pytest.approx(-weight * fill, rel=1e-9)
     assert drive.engine.books['tank'].mass == pytest.approx(drive.engine.mass, abs=1e-6)
+
+
+def test_a_tank_that_takes_seconds_for_every_fill_says_so() -> None:
+    given = {k: v for k, v in PIPE.items() if not k.startswith('pressure')}
+    heads = SloshConfig.from_parameters(given | {'tank.head_depth': 0.3, 'tank.fill_ratio': 1.0})
+    fill = LiveFill(heads.tanks[0], coefficients_of(cylinder_x(1.2, 4.0), 2.4, 1000.0, 2))
+    assert not fill.changeable
+    with pytest.raises(
+        InputError, match=r'fill of tank cannot change while it runs: .* cylinder_x'
+    ):
+        fill.at(0.5)
+
+
+# --- slosh modes --fill A:B:N --------------------------------------------------------------------
+
+BOX_FILE = str(REPOSITORY / 'config' / 'rectangular_tank.yaml')
+
+
+def modes(*arguments: str) -> str:
+    run = CliRunner().invoke(app, ['modes', BOX_FILE, *arguments])
+    if run.exception is not None:
+        raise run.exception
+    return run.output
+
+
+def test_sweep_tells_each_fill_as_by_itself(tmp_path: Path) -> None:
+    picture = tmp_path / 'sweep.png'
+    rows = json.loads(modes('--fill', '0:1:5', '--json', '--plot', str(picture)))
+    assert [row['fill_ratio'] for row in rows] == [0.0, 0.25, 0.5, 0.75, 1.0]
+    for row in rows:
+        alone = json.loads(modes('--fill', str(row['fill_ratio']), '--json'))
+        assert {k: v for k, v in row.items() if k != 'fill_ratio'} == alone
+    assert picture.stat().st_size > 20_000
+
+
+def test_sweep_on_the_terminal_has_units_and_one_row_a_fill() -> None:
+    told = modes('--fill', '0.2:0.8:4')
+    for part in ('mass', '[kg]', '[rad/s]', 'J0 roll', '[kg m^2]', 'its height above O', '60.00'):
+        assert part in told
+    c = coefficients_of(rectangular(8.0, 2.0, 1.6), 0.96, 850.0, 8)
+    assert f'{c.omega[0]:.4f}' in told
+    assert f'{c.mass_moved[0]:.1f}' in told
+    assert f'{c.lever[0]:+.4f}' in told
+
+
+@pytest.mark.parametrize(
+    ('fill', 'says'),
+    [
+        ('0.1:0.9', 'a sweep is A:B:N'),
+        ('0.1:0.9:1', '2 to 1000'),
+        ('0.1:0.9:x', 'a sweep is A:B:N'),
+        ('0.1:1.9:3', '--fill is 1.9; it must be a ratio from 0 to 1'),
+        ('half', '--fill is half; it must be a ratio'),
+        ('nan', '--fill is nan'),
+        ('0.001', '--fill is 0.001; it must be a ratio from 0.01 to 0.99, or 0, or 1'),
+    ],
+)
+def test_a_sweep_that_is_none_is_refused(fill: str, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        modes('--fill', fill)

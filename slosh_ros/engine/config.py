@@ -343,6 +343,7 @@ def _depth(p: Values, name: str, tank: Tank) -> float:
     low, high = FILL_RANGE
     if not (low <= ratio <= high or ratio in (0.0, 1.0)):
         raise InputError(
-            f'{key} fills {ratio:.2%} of the tank; it must fill from {low:.0%} to {high:.0%}'
+            f'{key} fills {ratio:.2%} of the tank; it must fill from {low:.0%} to {high:.0%}, '
+            'or be empty or full'
         )
     return depth if key == depth_key else tank.depth(ratio)

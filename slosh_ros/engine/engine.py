@@ -242,7 +242,8 @@ class SloshEngine:
             If the liquid of a tank cannot be computed at some fill.
         """
         for fill in self._fills.values():
-            fill.prepare()
+            if fill.changeable:
+                fill.prepare()
 
     def set_fill(self, tank: str, ratio: float) -> None:
         """

@@ -32,7 +32,7 @@ from slosh_ros.engine.model import TankModel
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.hydro.fill_table import FILL_RANGE, FillTable, still
-from slosh_ros.tank import Rectangle, Tank, UniformTank, UprightCylinder
+from slosh_ros.tank import Capsule, Rectangle, Tank, UniformTank, UprightCylinder
 
 Array = NDArray[np.float64]
 
@@ -89,6 +89,13 @@ class LiveFill:
         self._sign: Array = np.ones(len(start.names))
 
     @property
+    def changeable(self) -> bool:
+        """Whether the fill can be changed: of all but meshes, tanks with heads, and files."""
+        tank = self.config.tank
+        round_all_over = isinstance(tank, Capsule) and tank.is_sphere
+        return _upright(tank) or isinstance(tank, UniformTank) or round_all_over
+
+    @property
     def ready(self) -> bool:
         """Whether another fill takes no more than some milliseconds."""
         return _upright(self.config.tank) or self._table is not None
@@ -108,8 +115,12 @@ class LiveFill:
             If the liquid cannot be computed at some fill.
         """
         config = self.config
-        if getattr(config.tank, 'has_one_fill', False):
-            raise InputError(f'{config.name}: its coefficients are those of one fill')
+        if not self.changeable:
+            raise InputError(
+                f'the fill of {config.name} cannot change while it runs: of a {config.tank.shape} '
+                'tank like this every fill takes its own solution of some seconds; start again '
+                f'with another {config.name}.fill_ratio'
+            )
         if self.ready:
             return
         self._names = self._all_names()
@@ -135,6 +146,8 @@ class LiveFill:
             Fraction of the volume, 0 to 1.
         """
         config = self.config
+        if not self.changeable:
+            self.prepare()
         if fill_ratio in (0.0, 1.0):
             return still(config.tank, fill_ratio, config.density), 1.0
         if _upright(config.tank):
@@ -149,6 +162,8 @@ class LiveFill:
     def solved(self, fill_ratio: float) -> ModalCoefficients:
         """Coefficients at a fill as :meth:`at` gives them, but solved for where it can be."""
         low, high = FILL_RANGE
+        if fill_ratio in (0.0, 1.0):
+            return still(self.config.tank, fill_ratio, self.config.density)
         if not low <= fill_ratio <= high:
             return self.at(fill_ratio)[0]
         config, names = self.config, self._start.names

@@ -103,15 +103,16 @@ def plot_sweep(name: str, found: Sequence[ModalCoefficients], path: Path) -> Non
         raise InputError(f'{name} is empty or full: no mode can be drawn; choose other fills')
     figure = Figure(figsize=(9.0, 9.0), layout='constrained')
     frequency, mass = figure.subplots(2, 1, sharex=True)
-    fill = 100.0 * np.array([c.liquid.fill_ratio for c in moving])
-    for j, mode in enumerate(moving[0].names):
-        style = {'color': f'C{j % 10}', 'linestyle': '-' if j < 10 else '--', 'label': mode}
-        frequency.plot(fill, [c.omega[j] for c in moving], **style)
-        moved = np.array([c.mass_moved[j] for c in moving])
-        if np.isfinite([c.lever[j] for c in moving]).any():
-            mass.plot(fill, moved / 1e3, **style)
-    everything = 100.0 * np.array([c.liquid.fill_ratio for c in found])
-    mass.plot(everything, [c.mass / 1e3 for c in found], 'k:', label='all liquid')
+    for k, mode in enumerate(dict.fromkeys(name for c in moving for name in c.names)):
+        style = {'color': f'C{k % 10}', 'linestyle': '-' if k < 10 else '--', 'label': mode}
+        there = [(c, c.names.index(mode)) for c in moving if mode in c.names]
+        fill = [100.0 * c.liquid.fill_ratio for c, _ in there]
+        frequency.plot(fill, [c.omega[j] for c, j in there], **style)
+        if np.isfinite([c.lever[j] for c, j in there]).any():
+            mass.plot(fill, [c.mass_moved[j] / 1e3 for c, j in there], **style)
+    filled = [c for c in found if c.mass]
+    everything = [100.0 * c.liquid.fill_ratio for c in filled]
+    mass.plot(everything, [c.mass / 1e3 for c in filled], 'k:', label='all liquid')
     frequency.set_ylabel('natural frequency [rad/s]')
     mass.set_ylabel('mass that the mode moves [t]')
     mass.set_xlabel('fill [% of the volume]')
