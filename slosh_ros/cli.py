@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -22,10 +22,12 @@ from slosh_ros.bag import replay as replay_bag
 from slosh_ros.bag.writer import LoadsWriter
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine import SloshConfig, SloshEngine, Verdict
-from slosh_ros.engine.config import FILL_RANGE, TankConfig
+from slosh_ros.engine.config import TankConfig
 from slosh_ros.engine.convert import IMU, input_type
+from slosh_ros.engine.fill import LiveFill
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.hydro.fill_table import FILL_RANGE
 from slosh_ros.monitor import RolloverMonitor
 from slosh_ros.parameters import names_node
 from slosh_ros.study.tables import summary, write_history
@@ -60,6 +62,8 @@ _WARNINGS = {
     '{w.share:.0%} of the time',
 }
 _SMALL = 1e-9  # products of inertia that are rounding
+_MOST_FILLS = 1000  # of a sweep
+_COLUMNS = 8  # modes side by side
 _LAMBDAS = {1: 'kg', 2: 'kg', 4: 'kg m', 5: 'kg m', 6: 'kg m'}
 
 ConfigFile = Annotated[Path, typer.Argument(metavar='CONFIG', help='ROS 2 parameter file.')]
@@ -80,15 +84,25 @@ def modes(
     config: ConfigFile,
     tank: Annotated[Optional[str], typer.Option(help='Name of one of several tanks.')] = None,
     fill: Annotated[
-        Optional[float], typer.Option(help='Fill ratio in place of the one in CONFIG.')
+        Optional[str],
+        typer.Option(
+            metavar='R|A:B:N', help='Fill ratio in place of the one in CONFIG; or N from A to B.'
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option('--json', help='Print JSON.')] = False,
     plot: Annotated[
-        Optional[Path], typer.Option(help='Draw the surface shapes: PNG, SVG, PDF.')
+        Optional[Path],
+        typer.Option(
+            help='Draw the surface shapes, or what changes with the fill: PNG, SVG, PDF.'
+        ),
     ] = None,
 ) -> None:
-    """Print the modal coefficients of a tank."""
-    chosen = _with_fill(_one_tank(SloshConfig.from_file(config), config, tank), fill)
+    """Print the modal coefficients of a tank, at one fill or over the fill."""
+    chosen = _one_tank(SloshConfig.from_file(config), config, tank)
+    if fill is not None and ':' in fill:
+        _sweep(chosen, _fills(fill), as_json, plot)
+        return
+    chosen = _with_fill(chosen, fill)
     coefficients = chosen.coefficients()
     if as_json:
         print(json.dumps(_as_json(chosen, coefficients), indent=2))
@@ -352,15 +366,93 @@ def _print_thresholds(truck: GeneralTruck, cargo: SloshingCargo) -> None:
     _out.print(table)
 
 
-def _with_fill(tank: TankConfig, ratio: float | None) -> TankConfig:
-    if ratio is None:
+def _ratio(text: str) -> float:
+    """Read a fill ratio."""
+    try:
+        ratio = float(text)
+    except ValueError:
+        ratio = float('nan')
+    if not 0.0 <= ratio <= 1.0:
+        raise InputError(f'--fill is {text}; it must be a ratio from 0 to 1')
+    return ratio
+
+
+def _fills(text: str) -> list[float]:
+    """Read A:B:N."""
+    begin, _, rest = text.partition(':')
+    end, _, count = rest.partition(':')
+    if not count.isdecimal() or not 2 <= int(count) <= _MOST_FILLS:
+        raise InputError(
+            f'--fill is {text}; a sweep is A:B:N, N fills from A to B, 2 to {_MOST_FILLS}'
+        )
+    return [round(x, 12) for x in np.linspace(_ratio(begin), _ratio(end), int(count)).tolist()]
+
+
+def _with_fill(tank: TankConfig, text: str | None) -> TankConfig:
+    if text is None:
         return tank
+    ratio = _ratio(text)
     low, high = FILL_RANGE
     if not (low <= ratio <= high or ratio in (0.0, 1.0)):
         raise InputError(
             f'--fill is {ratio:g}; it must be a ratio from {low:g} to {high:g}, or 0, or 1'
         )
     return replace(tank, depth=tank.tank.depth(ratio))
+
+
+def _sweep(tank: TankConfig, ratios: list[float], as_json: bool, plot: Path | None) -> None:
+    """Tell how the same modes change with the fill."""
+    fill = LiveFill(tank, tank.coefficients())
+    with _progress(f'filling {tank.name}', len(ratios)) as advance:
+        found = []
+        for i, ratio in enumerate(ratios):
+            found.append(fill.solved(ratio))
+            advance(i + 1)
+    if as_json:
+        rows = zip(ratios, found, strict=True)
+        print(json.dumps([{'fill_ratio': r, **_as_json(tank, c)} for r, c in rows], indent=2))
+    else:
+        _print_sweep(tank, ratios, found)
+    if plot is not None:
+        from slosh_ros.study.plots import plot_sweep
+
+        plot_sweep(tank.name, found, plot)
+
+
+def _print_sweep(
+    tank: TankConfig, ratios: list[float], found: Sequence[ModalCoefficients]
+) -> None:
+    _out.print(f'[bold]{tank.name}[/]: {tank.tank.shape}, {tank.density:g} kg/m^3')
+    turns = [f'J0 {turn} [kg m^2]' for turn in ('roll', 'pitch', 'yaw')]
+    table = _table('fill [%]', 'depth [m]', 'mass [kg]', 'z of O [m]', *turns)
+    for ratio, c in zip(ratios, found, strict=True):
+        table.add_row(
+            f'{ratio:.2%}'.rstrip('%'),
+            f'{c.liquid.depth:.4f}',
+            f'{c.mass:.1f}',
+            f'{c.liquid.surface_height:+.4f}',
+            *(f'{j:.6g}' for j in np.diag(c.inertia_stokes_joukowski)),
+        )
+    _out.print('under a closed lid about O, the centre of the mean free surface')
+    _out.print(table)
+    names = list(dict.fromkeys(name for c in found for name in c.names))
+    for what, unit, digits, told in (
+        ('natural frequency', 'rad/s', '.4f', [c.omega for c in found]),
+        ('mass that the mode moves', 'kg', '.1f', [c.mass_moved for c in found]),
+        ('its height above O', 'm', '+.4f', [c.lever for c in found]),
+    ):
+        rows = [dict(zip(c.names, row, strict=True)) for c, row in zip(found, told, strict=True)]
+        for first in range(0, len(names), _COLUMNS):
+            shown = names[first : first + _COLUMNS]
+            table = _table('fill [%]', *(f'{name} [{unit}]' for name in shown))
+            for ratio, row in zip(ratios, rows, strict=True):
+                values = [row.get(name, np.nan) for name in shown]
+                table.add_row(
+                    f'{ratio:.2%}'.rstrip('%'),
+                    *('-' if np.isnan(v) else format(v, digits) for v in values),
+                )
+            _out.print(f'{what} [{unit}]'.replace('[', r'\['))
+            _out.print(table)
 
 
 def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:

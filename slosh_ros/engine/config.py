@@ -17,14 +17,13 @@ from slosh_ros.engine.sample import MotionSample
 from slosh_ros.engine.shapes import tank_of
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
+from slosh_ros.hydro.fill_table import FILL_RANGE
 from slosh_ros.parameters import Values, read_parameter_file
 from slosh_ros.tank import LiquidAtRest, Tank
 
 Array = NDArray[np.float64]
 
 MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
-# Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
-FILL_RANGE = (0.01, 0.99)
 FILES = ('mesh_file',)  # parameters that name files
 ROUNDING = 1e-3  # [m] by which a point may lie outside the tank
 
@@ -344,6 +343,7 @@ def _depth(p: Values, name: str, tank: Tank) -> float:
     low, high = FILL_RANGE
     if not (low <= ratio <= high or ratio in (0.0, 1.0)):
         raise InputError(
-            f'{key} fills {ratio:.2%} of the tank; it must fill from {low:.0%} to {high:.0%}'
+            f'{key} fills {ratio:.2%} of the tank; it must fill from {low:.0%} to {high:.0%}, '
+            'or be empty or full'
         )
     return depth if key == depth_key else tank.depth(ratio)

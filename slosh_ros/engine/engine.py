@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine.config import SloshConfig
+from slosh_ros.engine.fill import Books, LiveFill, carried_over, checked_ratio
 from slosh_ros.engine.gate import SampleGate, Verdict
 from slosh_ros.engine.kinematics import AccelerationFilter, HighPass, Pose, products
 from slosh_ros.engine.model import ACCELERATION, LEAST_GRAVITY, MOTION, TankModel, VehicleModel
@@ -141,6 +142,14 @@ class SloshEngine:
                 tuple(TankModel(tank, config.sensor, config.output_frame) for tank in config.tanks)
             )
         )
+        self._fills = {
+            tank.config.name: LiveFill(tank.config, tank.coefficients) for tank in self.tanks
+        }
+        self._ratios = {
+            tank.config.name: tank.coefficients.liquid.fill_ratio for tank in self.tanks
+        }
+        self._wanted: dict[str, TankModel] = {}  # what the next sample finds changed
+        self.books = {tank.config.name: Books(tank.coefficients.mass) for tank in self.tanks}
 
     def _turn_to(self, imu: Pose) -> None:
         """Take the axes of the IMU."""
@@ -210,9 +219,86 @@ class SloshEngine:
         """Take another pose of the IMU in base_link; the liquid starts from rest."""
         config = self.config = replace(self.config, imu=imu)
         self._turn_to(imu)
-        tanks = (TankModel(t.config, config.sensor, config.output_frame) for t in self.tanks)
-        self._use(VehicleModel(tuple(tanks)))
+        self._use(VehicleModel(tuple(tank.seen_by(config.sensor) for tank in self.tanks)))
+        self._wanted = {name: tank.seen_by(config.sensor) for name, tank in self._wanted.items()}
         self.reset()
+
+    @property
+    def mass(self) -> float:
+        """Mass of the liquid in all tanks [kg]."""
+        return sum(tank.coefficients.mass for tank in self.tanks)
+
+    def fill_ratio(self, tank: str) -> float:
+        """Fraction of the volume of a tank that is filled, as from the next sample on."""
+        models = {model.config.name: model for model in self.tanks} | self._wanted
+        return models[tank].coefficients.liquid.fill_ratio
+
+    def prepare_fills(self) -> None:
+        """
+        Make :meth:`set_fill` fast in all tanks; takes seconds the first time, in any thread.
+
+        Raises
+        ------
+        InputError
+            If the liquid of a tank cannot be computed at some fill.
+        """
+        for fill in self._fills.values():
+            if fill.changeable:
+                fill.prepare()
+
+    def set_fill(self, tank: str, ratio: float) -> None:
+        """
+        Fill or drain a tank; the next sample finds it so.
+
+        The liquid goes on moving: see :mod:`slosh_ros.engine.fill`. Without
+        :meth:`prepare_fills`, the first change may take seconds.
+
+        Parameters
+        ----------
+        tank : str
+            Its name.
+        ratio : float
+            Fraction of its volume, 0 (empty) to 1 (full).
+
+        Raises
+        ------
+        InputError
+            If there is no such tank, the ratio is none, or the tank can only have one fill.
+        """
+        ratio = checked_ratio(tank, ratio, list(self._fills))
+        if ratio == self._ratios[tank]:
+            return
+        fill, config = self._fills[tank], self.config
+        coefficients, share = fill.at(ratio)
+        self._wanted[tank] = TankModel(
+            fill.config, config.sensor, config.output_frame, coefficients, share
+        )
+        self._ratios[tank] = ratio
+
+    def _refill(self) -> None:
+        """Bring about the fills that are wanted, between two samples."""
+        changed = [self._wanted.get(tank.config.name, tank) for tank in self.tanks]
+        model, motion = VehicleModel(tuple(changed)), self._motion
+        force, carried = model.forcing(motion)
+        gravity = self._gravity
+        if self._measured_gravity:
+            gravity = self._gravity = model.gravity(motion[:3].tolist())[0]
+        settled = -force / (gravity * model.omega**2)
+        waves = [
+            carried_over(old, new, settled[part])
+            for old, new, part in zip(self.tanks, changed, model.parts, strict=True)
+        ]
+        beta, beta_rate = np.concatenate(waves, axis=1)
+        for old, new in zip(self.tanks, changed, strict=True):
+            change = new.coefficients.mass - old.coefficients.mass
+            self.books[old.config.name].enter(change)
+        watch = self._watch
+        self._use(model)
+        self._watch.resume(watch)
+        self._motion[:] = motion
+        self._modes.under(gravity)
+        self._modes.put(beta, beta_rate, force, carried)
+        self._wanted = {}
 
     def reset(self) -> None:
         """Forget the motion: the next good sample finds the liquid at rest."""
@@ -245,10 +331,12 @@ class SloshEngine:
         if self._high_pass is not None:
             passed = self._high_pass.follow(motion + turning, interval)
             motion, turning = tuple(passed[:9]), tuple(passed[9:])
-        self._motion[:] = motion + turning
         followed = self._acceleration.follow(
             motion, interval if verdict is Verdict.ACCEPTED else 0.0
         )
+        if self._wanted:
+            self._refill()
+        self._motion[:] = motion + turning
         self._accelerating[:] = followed + turning
 
         model, modes, watch, n = self._model, self._modes, self._watch, len(self._model.omega)

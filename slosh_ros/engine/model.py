@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine.config import TankConfig
 from slosh_ros.engine.kinematics import Lever, Pose, centripetal_matrix
+from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.modal.carried import CarriedLiquid
 from slosh_ros.modal.heights import WaveHeights
 from slosh_ros.modal.integrator import ModalIntegrator
@@ -48,6 +49,10 @@ class TankModel:
         Of the sensor in base_link.
     output_frame : str
         `base_link` or `tank_link`.
+    coefficients : ModalCoefficients, optional
+        Of the liquid in it, if they are not those of the configured fill.
+    share : float
+        Which share of the modes has not faded towards an end of the fill.
 
     Attributes
     ----------
@@ -65,9 +70,17 @@ class TankModel:
         Pressure at the tank's points per waves and acceleration, but for a constant.
     """
 
-    def __init__(self, config: TankConfig, sensor: Pose, output_frame: str) -> None:
+    def __init__(
+        self,
+        config: TankConfig,
+        sensor: Pose,
+        output_frame: str,
+        coefficients: ModalCoefficients | None = None,
+        share: float = 1.0,
+    ) -> None:
         self.config = config
-        c = self.coefficients = config.coefficients()
+        self._output_frame, self.share_left = output_frame, share
+        c = self.coefficients = coefficients or config.coefficients()
         self.damping_ratio = config.damping_ratio(c)
         at_surface = config.pose.offset(c.liquid.surface_centre)
         lever = Lever(sensor.seen_from(at_surface))  # of the sensor about O, in tank axes
@@ -117,6 +130,12 @@ class TankModel:
                 [self._of_waves(p.stiffness, p.damping), p.acceleration @ acceleration]
             )
             self.pressure_at_rest = GRAVITY * p.acceleration[:, 2]
+
+    def seen_by(self, sensor: Pose) -> TankModel:
+        """Take another sensor in place of this one."""
+        return TankModel(
+            self.config, sensor, self._output_frame, self.coefficients, self.share_left
+        )
 
     def share(
         self, modes: ModalIntegrator, part: slice, waves: ComplexArray, accelerating: Array
@@ -249,3 +268,9 @@ class VehicleModel:
         if len(taken) == 1:
             return taken[0], taken != measured
         return np.repeat(taken, self._counts), taken != measured
+
+    def forcing(self, motion: Array) -> tuple[Array, Array]:
+        """Modal forcing and velocity carried along, (n,) each, of a motion of the sensor (15,)."""
+        n = len(self.omega)
+        driven = self.drive[: 2 * n] @ motion
+        return driven[:n], driven[n:]

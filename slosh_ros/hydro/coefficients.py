@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from slosh_ros.tank import LiquidAtRest
 Array = NDArray[np.float64]
 
 
+_MOVED = 1e-9  # [-] share of the mass that counts as moved
 _SURFACE_POINTS = 33  # along each side; odd, so that the centre lines are among them
 _RADII, _ANGLES = 17, 48  # of a round surface; a multiple of 4 angles, so that crests are among
 
@@ -145,6 +146,34 @@ class ModalCoefficients:
         modal = (force.T * (GRAVITY / (self.mu * self.omega**2))) @ force
         return np.asarray(self.density * self.liquid.surface_inertia - modal)
 
+    @property
+    def mass_moved(self) -> Array:
+        """Mass m_j that each mode moves fore-aft or sideways, shape (n,) [kg] (THEORY 1)."""
+        return np.asarray(np.sum(self.coupling[:, :2] ** 2, axis=1) / self.mu)
+
+    @property
+    def lever(self) -> Array:
+        """
+        Height of that mass above O, shape (n,) [m]; NaN of a mode that only turns the liquid.
+
+        lambda_5/lambda_1 of what surges, -lambda_4/lambda_2 of what sways.
+        """
+        surge, sway, roll, pitch = self.coupling[:, [0, 1, 3, 4]].T
+        pushed = self.mass_moved > _MOVED * self.mass
+        square = np.where(pushed, surge**2 + sway**2, 1.0)
+        return np.asarray(np.where(pushed, (surge * pitch - sway * roll) / square, np.nan))
+
+    def turned(self, sign: Array) -> ModalCoefficients:
+        """Return the same modes with shapes of other signs, (n,), without crests."""
+        potentials = None if self.potentials is None else _Turned(self.potentials, sign)
+        return replace(
+            self,
+            coupling=self.coupling * sign[:, np.newaxis],
+            surface_shapes=self.surface_shapes * sign,
+            potentials=potentials,
+            crests=None,
+        )
+
     def wall_damping_ratio(self, kinematic_viscosity: float) -> Array:
         """
         Damping ratios by laminar boundary layers at the walls of a smooth bare tank, shape (n,).
@@ -169,6 +198,20 @@ class ModalCoefficients:
                 'the kinematic_viscosity'
             )
         return self.wall_friction * np.sqrt(kinematic_viscosity / (2.0 * self.omega))
+
+
+@dataclass(frozen=True, eq=False)
+class _Turned:
+    """Potentials of modes with other signs."""
+
+    potentials: Potentials
+    sign: Array
+
+    def modes(self, points: Array) -> Array:
+        return self.potentials.modes(points) * self.sign
+
+    def stokes_joukowski(self, points: Array) -> Array:
+        return self.potentials.stokes_joukowski(points)
 
 
 def still_coefficients(

@@ -9,17 +9,19 @@ most room (Leja). What the polynomial misses a new node by, before it goes throu
 that is stated; where it does not become small, the interval is halved.
 
 Interpolated are quantities that do not depend on how modes are scaled: log omega,
-lambda/sqrt(mu m) with the mass m, f sqrt(sin t/mu)/omega, J0/m. The scale max|f| = 1 is found afterwards, from the
-interpolated surface, as the solver finds it. A mode is known by its name: index j is the same mode
-at every fill. Its sign goes on steadily, where the convention of the solver would let it jump.
+lambda/sqrt(mu m) with the mass m, f sqrt(sin t/mu)/omega, J0/m. The scale max|f| = 1 is found
+afterwards, from the interpolated surface, as the solver finds it. A mode is known by its name:
+index j is the same mode at every fill. Its sign goes on steadily, where the convention of the
+solver would let it jump.
 
-A film, and a bubble under the roof, are beyond the solvers: from `FILL_RANGE` to the empty and the
-full tank the modes fade away in proportion to the liquid or the air that is left. Mass, centroid and
-frozen inertia are exact; of the sloshing nothing more can be said than that it is as small as this.
+A film, and a bubble under the roof, are beyond the solvers: from `FILL_RANGE` to the empty and
+the full tank the modes fade away in proportion to the liquid or the air that is left. Mass,
+centroid and frozen inertia are exact; of the sloshing no more is told than that it is so small.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -35,6 +37,7 @@ from slosh_ros.tank.triangulation import corner_angles
 
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)
+FADING = 'fill table, fading'  # route of what is beyond
 TOLERANCE = 5e-5  # [-] of what a new node is missed by
 _FIRST = 4  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
@@ -45,11 +48,6 @@ _CANDIDATES = 201  # places for a new node
 _NEAR = 0.01  # [heights] corners that are no farther apart make one level
 _LEVEL = 1e-9  # [heights] what is above the surface by less is at it
 _SAME_PLACE = 2e-3  # [m] by which a point may have been moved into the liquid
-
-
-def closed_form(coefficients: ModalCoefficients) -> bool:
-    """Tell whether a direct solution takes so little time that no table is needed."""
-    return coefficients.route in ('closed form', 'empty')
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +102,7 @@ class _Interval:
     end: float
     nodes: list[_Node]
     error: float = np.inf
+    values: Array | None = None  # of all nodes, once there will be no more
 
     def weights(self, angle: float) -> Array:
         """Weights of the nodes' values at a place, shape (n,)."""
@@ -118,7 +117,9 @@ class _Interval:
 
     def at(self, angle: float) -> Array:
         """Interpolated values, shape (v,)."""
-        values = np.stack([node.values for node in self.nodes])
+        values = self.values
+        if values is None:
+            values = np.stack([node.values for node in self.nodes])
         return np.asarray(self.weights(angle) @ values)
 
     def add(self, node: _Node) -> None:
@@ -175,13 +176,13 @@ class FillTable:
         low, high = (self._angle(tank.depth(ratio)) for ratio in FILL_RANGE)
         corners = sorted(t for t in map(self._angle, _corners(tank)) if low < t < high)
         places = [low, *corners, high]
-        self._open = [_Interval(a, b, []) for a, b in zip(places, places[1:], strict=False)]
+        self._open = [_Interval(a, b, []) for a, b in itertools.pairwise(places)]
         self._done: list[_Interval] = []
         self._crossings = self._levels()
         self._crossed: list[_Node] = []
         self._curves: list[Callable[[float], Array]] | None = None
 
-    # --- building ---------------------------------------------------------------------------------
+    # --- building ---
 
     @property
     def ready(self) -> bool:
@@ -222,6 +223,7 @@ class FillTable:
 
     def _close(self) -> None:
         part = self._open.pop(0)
+        part.values = np.stack([node.values for node in part.nodes])
         self._done.append(part)
         if self._open:  # the next begins where this one ends
             later = [node for node in self._open[0].nodes if node.angle > part.end]
@@ -279,7 +281,7 @@ class FillTable:
                 errors.append(float((away.max(axis=(0, 1)) / np.abs(b).max(axis=(0, 1))).max()))
         return max(errors)
 
-    # --- reading ----------------------------------------------------------------------------------
+    # --- reading ---
 
     def at(self, fill_ratio: float, density: float) -> ModalCoefficients:
         """
@@ -341,6 +343,7 @@ class FillTable:
         mass, centroid = density * liquid.volume, liquid.centroid
         return replace(
             c,
+            route=FADING,
             liquid=liquid,
             mu=share * c.mu,
             coupling=share * c.coupling,
@@ -355,7 +358,7 @@ class FillTable:
         part = next((part for part in self._done if angle <= part.end), self._done[-1])
         return part.at(min(max(angle, part.begin), part.end))
 
-    # --- single points ----------------------------------------------------------------------------
+    # --- single points ---
 
     def _levels(self) -> list[float]:
         """Places t at which points fall dry: there a solution is wanted as well."""
@@ -390,7 +393,7 @@ class FillTable:
         about = self._points - liquid.surface_centre
         return _AtPoints(about, found[:, :-3] / highest, found[:, -3:])
 
-    # --- the angle --------------------------------------------------------------------------------
+    # --- the angle ---
 
     def _angle(self, depth: float) -> float:
         return 2.0 * float(np.arctan2(np.sqrt(depth), np.sqrt(self.tank.height - depth)))

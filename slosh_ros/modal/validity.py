@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.hydro.fill_table import FADING, FILL_RANGE
 from slosh_ros.tank import Tank
 
 Array = NDArray[np.float64]
@@ -43,6 +44,7 @@ RESONANCE_MEMORY = 5.0  # [periods] of the slowest mode: how long a forcing is r
 AMPLIFICATION_MAX = 30.0  # an ideal liquid rings on for ever: no more than this is held against it
 # Centripetal acceleration at the tank's end over g: theory has it only at O (THEORY 2.1).
 SPIN_LIMIT = 0.1
+_EDGE = 1e-9  # by which the fill may be off the edge of the range for rounding
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -54,6 +56,7 @@ class Criterion(Enum):
     WALL = 'wave height over what the sloping walls allow'
     RESONANCE = 'wave near resonance (steepness squared times amplification)'
     SHALLOW = 'shallow liquid: least depth over depth'
+    FILM = 'film or bubble: least share of liquid or air over the share that is there'
     SPIN = 'rotation: centripetal acceleration at the end of the tank over g'
 
 
@@ -105,7 +108,12 @@ class TrustWatch:
             self._waves.append(_wave_criterion(tank, c, length))
             if length:
                 shallowest = max(shallowest, SHALLOW_LIMIT * length / c.liquid.depth)
-        self._shallow = Trust(Criterion.SHALLOW, shallowest, 1.0)
+        films = [_film(c) for _, c in liquids]
+        self._shallow = max(
+            Trust(Criterion.SHALLOW, shallowest, 1.0),
+            Trust(Criterion.FILM, max(films, default=0.0), 1.0),
+            key=Trust.use,
+        )
         self._reach = max(lengths) / 2.0 / GRAVITY
         # modes of all tanks
         self._over_square = np.concatenate([1.0 / c.omega**2 for _, c in liquids])
@@ -116,6 +124,11 @@ class TrustWatch:
         self._forget = np.concatenate(slowest) / (-2.0 * math.pi * RESONANCE_MEMORY)
         self._static: Array = np.zeros(len(self._over_square))
         self._interval, self._keep = 0.0, np.ones_like(self._static)
+
+    def resume(self, other: TrustWatch) -> None:
+        """Take over what has driven the same modes at another fill."""
+        if other._static.shape == self._static.shape:
+            self._static[:] = other._static
 
     def start(self) -> None:
         """Forget what has driven the liquid."""
@@ -185,6 +198,14 @@ class TrustWatch:
         if spin / SPIN_LIMIT > use:
             worst = Trust(Criterion.SPIN, spin, SPIN_LIMIT)
         return worst
+
+
+def _film(coefficients: ModalCoefficients) -> float:
+    """Least share of liquid or air that the solver holds over the share that is there."""
+    ratio = coefficients.liquid.fill_ratio
+    if coefficients.route != FADING or not 0.0 < ratio < 1.0:
+        return 0.0
+    return max(FILL_RANGE[0] / ratio, (1.0 - FILL_RANGE[1]) / (1.0 - ratio)) - _EDGE
 
 
 def _wave_criterion(

@@ -80,6 +80,52 @@ def plot_modes(name: str, coefficients: ModalCoefficients, path: Path) -> None:
     _save(figure, path)
 
 
+def plot_sweep(name: str, found: Sequence[ModalCoefficients], path: Path) -> None:
+    """
+    Draw natural frequencies and the masses that modes move over the fill.
+
+    Parameters
+    ----------
+    name : str
+        Name of the tank.
+    found : sequence of ModalCoefficients
+        Of the same modes at rising or falling fill; without modes at its ends.
+    path : Path
+        PNG, SVG or PDF file.
+
+    Raises
+    ------
+    InputError
+        If there is no mode.
+    """
+    moving = [c for c in found if c.names]
+    if not moving:
+        raise InputError(f'{name} is empty or full: no mode can be drawn; choose other fills')
+    figure = Figure(figsize=(9.0, 9.0), layout='constrained')
+    frequency, mass = figure.subplots(2, 1, sharex=True)
+    for k, mode in enumerate(dict.fromkeys(name for c in moving for name in c.names)):
+        style = {'color': f'C{k % 10}', 'linestyle': '-' if k < 10 else '--', 'label': mode}
+        there = [(c, c.names.index(mode)) for c in moving if mode in c.names]
+        fill = [100.0 * c.liquid.fill_ratio for c, _ in there]
+        frequency.plot(fill, [c.omega[j] for c, j in there], **style)
+        if np.isfinite([c.lever[j] for c, j in there]).any():
+            mass.plot(fill, [c.mass_moved[j] / 1e3 for c, j in there], **style)
+    filled = [c for c in found if c.mass]
+    everything = [100.0 * c.liquid.fill_ratio for c in filled]
+    mass.plot(everything, [c.mass / 1e3 for c in filled], 'k:', label='all liquid')
+    frequency.set_ylabel('natural frequency [rad/s]')
+    mass.set_ylabel('mass that the mode moves [t]')
+    mass.set_xlabel('fill [% of the volume]')
+    mass.set_yscale('log')
+    most = max(c.mass for c in found) / 1e3
+    mass.set_ylim(1e-4 * most, 1.5 * most)
+    for axis in (frequency, mass):
+        axis.grid(alpha=0.3)
+        axis.legend(ncols=2, fontsize=8, loc='center left', bbox_to_anchor=(1.0, 0.5))
+    figure.suptitle(f'{name}: sloshing modes over the fill ({moving[0].route})')
+    _save(figure, path)
+
+
 def plot_replay(recording: Recording, title: str, path: Path) -> None:
     """
     Draw motion, wave height, force and moment over a shared time axis.

@@ -1,0 +1,251 @@
+"""
+The liquid of a tank whose fill changes while the vehicle drives.
+
+What a change does to the motion. In the tank, the surface height beta and the momentum mu beta'
+of a mode are canonical: rho times the integral of the surface potential times f dS is mu beta'.
+Liquid that leaves or arrives at the speed of the liquid around it changes neither the surface nor
+the potential. So both stay: beta' changes as 1/mu does, and going back undoes it exactly. Under
+slow changes a free mode then keeps its action, energy over frequency (Hamilton's equations with a
+parameter that varies slowly): with E = mu omega^2 beta^2/2 its amplitude goes as
+(mu omega)^(-1/2), which is Green's law where the liquid is shallow. Keeping beta' instead would
+let amplitudes grow as a tank drains.
+
+The force jumps by what the liquid's own change explains, in proportion to it: mass, centroid and
+stiffness are others.
+
+Where the modes fade, beyond `FILL_RANGE`, liquid and momentum fade together, and beta' stays. An
+empty or full tank has no waves; what comes after that starts at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slosh_ros.engine.config import TankConfig
+from slosh_ros.engine.model import TankModel
+from slosh_ros.errors import InputError
+from slosh_ros.hydro import ModalCoefficients, coefficients_of
+from slosh_ros.hydro.fill_table import FILL_RANGE, FillTable, still
+from slosh_ros.tank import Capsule, Rectangle, Tank, UniformTank, UprightCylinder
+
+Array = NDArray[np.float64]
+
+HALF = 0.5  # fill of which the modes are taken where the tank itself has none
+_COUPLINGS = (0, 1, 5)  # surge, sway, yaw: the lowest mode of each is always among the modes
+
+
+@dataclass
+class Books:
+    """
+    Liquid that came and went.
+
+    Attributes
+    ----------
+    first : float
+        Mass at first [kg].
+    received, released : float
+        Mass that came in and that went out since [kg].
+    """
+
+    first: float
+    received: float = 0.0
+    released: float = 0.0
+
+    @property
+    def mass(self) -> float:
+        """Mass that must be there [kg]."""
+        return self.first + self.received - self.released
+
+    def enter(self, change: float) -> None:
+        """Write down a change of the mass [kg]."""
+        if change > 0.0:
+            self.received += change
+        else:
+            self.released -= change
+
+
+class LiveFill:
+    """
+    Coefficients of the liquid in a tank at any fill, for the same modes.
+
+    Parameters
+    ----------
+    config : TankConfig
+        The tank, as configured.
+    start : ModalCoefficients
+        Of the liquid in it at first.
+    """
+
+    def __init__(self, config: TankConfig, start: ModalCoefficients) -> None:
+        self.config, self._start = config, start
+        self._names: tuple[str, ...] = start.names
+        self._table: FillTable | None = None
+        self._sign: Array = np.ones(len(start.names))
+
+    @property
+    def changeable(self) -> bool:
+        """Whether the fill can be changed: of all but meshes, tanks with heads, and files."""
+        tank = self.config.tank
+        round_all_over = isinstance(tank, Capsule) and tank.is_sphere
+        return _upright(tank) or isinstance(tank, UniformTank) or round_all_over
+
+    @property
+    def ready(self) -> bool:
+        """Whether another fill takes no more than some milliseconds."""
+        return _upright(self.config.tank) or self._table is not None
+
+    @property
+    def error(self) -> float:
+        """Largest relative error of frequencies, couplings and inertias; 0 of closed forms."""
+        return self._table.error if self._table is not None else 0.0
+
+    def prepare(self) -> None:
+        """
+        Solve for the fills between which is interpolated; takes seconds, in any thread.
+
+        Raises
+        ------
+        InputError
+            If the liquid cannot be computed at some fill.
+        """
+        config = self.config
+        if not self.changeable:
+            raise InputError(
+                f'the fill of {config.name} cannot change while it runs: of a {config.tank.shape} '
+                'tank like this every fill takes its own solution of some seconds; start again '
+                f'with another {config.name}.fill_ratio'
+            )
+        if self.ready:
+            return
+        self._names = self._all_names()
+        points = np.array(list(config.pressure_points.values())).reshape(-1, 3)
+        table = _table(config.tank, self._names, tuple(map(tuple, points.tolist())))
+        n = len(self._start.names)
+        if n:
+            same = table.at(self._start.liquid.fill_ratio, config.density)
+            alike = np.sum(same.surface_shapes[:, :n] * self._start.surface_shapes, axis=0)
+            self._sign = np.append(np.sign(alike), np.ones(len(self._names) - n))
+        else:
+            self._sign = np.ones(len(self._names))
+        still(config.tank, 1.0, config.density)
+        self._table = table
+
+    def at(self, fill_ratio: float) -> tuple[ModalCoefficients, float]:
+        """
+        Coefficients at a fill, and which share of them has not faded towards an end.
+
+        Parameters
+        ----------
+        fill_ratio : float
+            Fraction of the volume, 0 to 1.
+        """
+        config = self.config
+        if not self.changeable:
+            self.prepare()
+        if fill_ratio in (0.0, 1.0):
+            return still(config.tank, fill_ratio, config.density), 1.0
+        if _upright(config.tank):
+            depth = config.tank.depth(fill_ratio)
+            return coefficients_of(config.tank, depth, config.density, config.modes), 1.0
+        self.prepare()
+        assert self._table is not None
+        low, high = FILL_RANGE
+        share = min(1.0, fill_ratio / low, (1.0 - fill_ratio) / (1.0 - high))
+        return self._table.at(fill_ratio, config.density).turned(self._sign), share
+
+    def solved(self, fill_ratio: float) -> ModalCoefficients:
+        """Coefficients at a fill as :meth:`at` gives them, but solved for where it can be."""
+        low, high = FILL_RANGE
+        if fill_ratio in (0.0, 1.0):
+            return still(self.config.tank, fill_ratio, self.config.density)
+        if not low <= fill_ratio <= high:
+            return self.at(fill_ratio)[0]
+        config, names = self.config, self._start.names
+        if not names:
+            half = config.tank.depth(HALF)
+            names = coefficients_of(config.tank, half, config.density, config.modes).names
+        return coefficients_of(config.tank, config.tank.depth(fill_ratio), config.density, names)
+
+    def _all_names(self) -> tuple[str, ...]:
+        """Names of the modes at first and the half-full tank's first of each kind."""
+        config, names = self.config, self._start.names
+        half = coefficients_of(config.tank, config.tank.depth(HALF), config.density, config.modes)
+        if not names:
+            return half.names
+        if config.damping.size > 1:
+            return names  # one number a mode: there are none for more
+        first = [
+            half.names[int(np.flatnonzero(half.coupling[:, k])[0])]
+            for k in _COUPLINGS
+            if half.coupling[:, k].any()
+        ]
+        return names + tuple(name for name in dict.fromkeys(first) if name not in names)
+
+
+def carried_over(old: TankModel, new: TankModel, settled: Array) -> Array:
+    """
+    Motion of the modes after a change of the fill.
+
+    Parameters
+    ----------
+    old, new : TankModel
+        Before and after; modes of one name are the same.
+    settled : array, shape (n,)
+        beta of the settled liquid after [m]: where modes start that were not there before.
+
+    Returns
+    -------
+    array, shape (2, n)
+        beta [m] and beta' [m/s].
+    """
+    before, after = old.coefficients, new.coefficients
+    motion = np.zeros((2, len(after.names)))
+    if not before.names:
+        return motion
+    beta, beta_rate = old.beta, old.beta_rate
+    place = {name: j for j, name in enumerate(before.names)}
+    for j, name in enumerate(after.names):
+        i = place.get(name)
+        if i is None:
+            motion[0, j] = settled[j]
+        else:
+            inertia = (before.mu[i] / old.share_left) / (after.mu[j] / new.share_left)
+            motion[:, j] = beta[i], beta_rate[i] * inertia
+    return motion
+
+
+def checked_ratio(name: str, ratio: object, tanks: Sequence[str]) -> float:
+    """
+    Return a fill ratio that may be set.
+
+    Raises
+    ------
+    InputError
+        If there is no such tank, or the ratio is none.
+    """
+    if name not in tanks:
+        raise InputError(f'there is no tank {name}; there is {", ".join(tanks)}')
+    if isinstance(ratio, bool) or not isinstance(ratio, (int, float)):
+        raise InputError(f'the fill of {name} is {ratio!r}; it must be a ratio from 0 to 1')
+    if not (math.isfinite(ratio) and 0.0 <= ratio <= 1.0):
+        raise InputError(f'the fill of {name} is {ratio:g}; it must be a ratio from 0 to 1')
+    return float(ratio)
+
+
+def _upright(tank: Tank) -> bool:
+    """Whether the closed forms give every fill at once."""
+    return isinstance(tank, UprightCylinder) or (
+        isinstance(tank, UniformTank) and isinstance(tank.section, Rectangle)
+    )
+
+
+@lru_cache(maxsize=16)
+def _table(tank: Tank, names: tuple[str, ...], points: tuple[tuple[float, ...], ...]) -> FillTable:
+    """Build the table of a tank once in a process; it is the same for any density."""
+    return FillTable(tank, names, np.array(points).reshape(-1, 3)).build()
