@@ -77,12 +77,8 @@ class Peaks:
         chunk, self._chunk = self._chunk, []
         if not chunk:
             return
-        rows = np.hstack(
-            [
-                np.array([getattr(loads, part) for loads in chunk])
-                for part in ('wrench', 'total', 'pressure')
-            ]
-        )
+        wrenches = np.array([loads.wrenches for loads in chunk])
+        rows = np.hstack([wrenches[:, 6:], np.array([loads.pressure for loads in chunk])])
         self._largest = np.maximum(self._largest, np.abs(rows).max(axis=0))
         for loads in chunk:
             if loads.rises_above(self.elevation_max):

@@ -41,12 +41,8 @@ class Loads:
     ----------
     sample : MotionSample
         The sample that led to them, as given; the loads bear its stamp.
-    wrench : array, shape (6,)
-        Sloshing part, eqs (15)-(20): zero for a frozen liquid.
-    total : array, shape (6,)
-        Everything: weight, rigid part with the Stokes-Joukowski inertia, sloshing.
-    state : array, shape (6,)
-        Sloshing part without feed-through of acceleration.
+    wrenches : array, shape (18,)
+        `state`, `wrench` and `total` in a row.
     pressure : array, shape (p,)
         Pressure at the points of `SloshConfig.pressure_points`, less the hydrostatic pressure of
         the level tank at rest [Pa].
@@ -56,7 +52,7 @@ class Loads:
 
     __slots__ = (
         '_at_most', '_elevation', '_heights', '_rest', '_trust', '_watch',
-        'beta', 'pressure', 'sample', 'state', 'total', 'wrench',
+        'beta', 'pressure', 'sample', 'wrenches',
     )  # fmt: skip
 
     def __init__(
@@ -71,7 +67,7 @@ class Loads:
         bounds: list[float] | None = None,
     ) -> None:
         self.sample = sample
-        self.state, self.wrench, self.total = wrenches[:6], wrenches[6:12], wrenches[12:]
+        self.wrenches = wrenches
         self.pressure = pressure
         self.beta = beta
         self._heights, self._watch, self._rest = heights, watch, rest
@@ -83,6 +79,21 @@ class Loads:
     def stamp(self) -> int:
         """Time of the sample [ns]."""
         return self.sample.stamp
+
+    @property
+    def state(self) -> Array:
+        """Sloshing part without feed-through of acceleration, shape (6,)."""
+        return self.wrenches[:6]
+
+    @property
+    def wrench(self) -> Array:
+        """Sloshing part, eqs (15)-(20), shape (6,): zero for a frozen liquid."""
+        return self.wrenches[6:12]
+
+    @property
+    def total(self) -> Array:
+        """Weight, rigid part with the Stokes-Joukowski inertia, sloshing; shape (6,)."""
+        return self.wrenches[12:]
 
     @property
     def elevation_max(self) -> float:
@@ -328,8 +339,7 @@ class SloshEngine:
                 self._watch_gravity(row, interval)
         turning = np.stack(products(*values.T[6:]), axis=1)
         motion = np.hstack([values, turning])
-        follow = self._acceleration.follow
-        followed = [follow(row, dt) for row, dt in zip(rows, intervals, strict=True)]
+        followed = self._acceleration.follow_all(values, intervals)
 
         drive = np.matmul(model.drive, motion[..., np.newaxis])[..., 0]
         force, carried = drive[:, :n], drive[:, n : 2 * n]

@@ -204,14 +204,16 @@ class ModalIntegrator:
         amplitude, before = self._amplitude, self._drive
         if before is None:
             before = self.drive_of(self._force, self._carried)
-        for (free, first, last), now, slot in zip(gains, drive, amplitudes, strict=True):
+        driven = gains[:, 1] * np.vstack([before[np.newaxis], drive[:-1]])
+        driving = gains[:, 2] * drive
+        for free, first, last, slot in zip(gains[:, 0], driven, driving, amplitudes, strict=True):
             np.multiply(free, amplitude, out=slot)
-            slot -= first * before
-            slot -= last * now
-            amplitude, before = slot, now
+            slot -= first
+            slot -= last
+            amplitude = slot
         self._interval, self._gains = intervals[-1], tuple(gains[-1].copy())
         self._amplitude = amplitude.copy()
-        self._take(force[-1].copy(), carried[-1].copy(), before.copy())
+        self._take(force[-1].copy(), carried[-1].copy(), drive[-1].copy())
         return amplitudes - carried
 
     def coast(self, interval: float, force: Array, carried: Array) -> None:
