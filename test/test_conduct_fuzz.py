@@ -77,7 +77,9 @@ class Adversary:
             self._stamp += int(self._dice.choice(JUMPS))
         else:
             self._stamp = int(self._dice.integers(-(2**31), 2**31)) * SECOND
-        if not -(2**31) * SECOND < self._stamp < (2**31 - 1) * SECOND or (self._stamp <= 0 and self._dice.random() < 0.3):
+        if not -(2**31) * SECOND < self._stamp < (2**31 - 1) * SECOND:
+            self._stamp = START
+        elif self._stamp <= 0 and self._dice.random() < 0.3:  # not for long, or all are refused
             self._stamp = START
         return self._stamp
 
