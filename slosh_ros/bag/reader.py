@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,9 +14,37 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
 from slosh_ros.constants import NANOSECONDS
-from slosh_ros.engine.cdr import imu_reading
-from slosh_ros.engine.convert import IMU, ImuReading
+from slosh_ros.engine.cdr import ImuReadings, imu_reading, imu_readings
+from slosh_ros.engine.convert import IMU
 from slosh_ros.errors import InputError
+
+
+@dataclass
+class Block:
+    """
+    Some messages in a row.
+
+    Attributes
+    ----------
+    received : list of ints
+        Receive time of each [ns].
+    raws : list of bytes
+        The messages as they are stored.
+    readings : ImuReadings or None
+        All of them at once, where that is possible.
+    decoded : list
+        The messages, where it is not.
+    """
+
+    received: list[int] = field(default_factory=list)
+    raws: list[bytes] = field(default_factory=list)
+    readings: ImuReadings | None = None
+    decoded: list[Any] = field(default_factory=list)
+
+    @property
+    def messages(self) -> list[Any]:
+        """Each of them, as its message or as an :class:`ImuReading`."""
+        return self.decoded or [imu_reading(raw) for raw in self.raws]
 
 
 class MotionBag:
@@ -113,24 +142,35 @@ class MotionBag:
         InputError
             If the bag is damaged, also where that only shows in a missing message.
         """
-        return self._read(self._reader.deserialize)
+        for block in self.blocks(1, readings=False):
+            yield block.decoded[0], block.received[0]
 
-    def readings(self) -> Iterator[tuple[Any, int]]:
-        """Yield as `messages` does; an Imu as no more than an :class:`ImuReading`."""
-        return self._read(self._reading if self._is_imu else self._reader.deserialize)
+    def blocks(self, size: int, readings: bool = True) -> Iterator[Block]:
+        """
+        Yield all messages, so many at once; of an Imu no more than its readings, if wanted.
 
-    def _reading(self, raw: bytes, kind: str) -> Any:
-        return imu_reading(raw) or ImuReading.of(self._reader.deserialize(raw, kind))
-
-    def _read(self, take: Callable[[bytes, str], Any]) -> Iterator[tuple[Any, int]]:
+        Raises
+        ------
+        InputError
+            As of `messages`.
+        """
         read = 0
+        block = Block()
         try:
-            for connection, received, raw in self._reader.messages(
+            for _, received, raw in self._reader.messages(
                 self._connections, start=self._start, stop=self._stop
             ):
-                yield take(raw, connection.msgtype), received
-                read += 1
+                block.received.append(received)
+                block.raws.append(raw)
+                if len(block.raws) == size:
+                    yield self._decoded(block, readings)
+                    read += size
+                    block = Block()
+            if block.raws:
+                yield self._decoded(block, readings)
+                read += len(block.raws)
         except Exception as error:  # as above
+            read += len(block.raws)
             raise InputError(
                 f'{self._path}: is damaged after {read} messages of {self.topic}: {_short(error)}'
             ) from error
@@ -139,6 +179,20 @@ class MotionBag:
                 f'{self._path}: is damaged: {read} messages of {self.topic} could be read, '
                 f'its index counts {self.count}'
             )
+
+    def _decoded(self, block: Block, readings: bool) -> Block:
+        """Decode a block; of one that cannot be, what was good before remains."""
+        if readings and self._is_imu:
+            block.readings = imu_readings(block.raws)
+        if block.readings is None:
+            kind = self._connections[0].msgtype
+            for k, raw in enumerate(block.raws):
+                try:
+                    block.decoded.append(self._reader.deserialize(raw, kind))
+                except Exception:
+                    del block.raws[k:]
+                    raise
+        return block
 
     def _select(self, kind: str, topic: str | None, default: str) -> list[Connection]:
         package, name = kind.split('/')

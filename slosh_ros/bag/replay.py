@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.bag.reader import MotionBag
+from slosh_ros.bag.reader import Block, MotionBag
 from slosh_ros.bag.writer import LoadsWriter
 from slosh_ros.engine import Loads, SloshEngine, feed_message
+from slosh_ros.engine.convert import feed_readings
 from slosh_ros.errors import InputError
 from slosh_ros.modal.validity import Criterion, Trust
 from slosh_ros.monitor import RolloverMonitor
@@ -31,7 +32,7 @@ class Peaks:
     """
 
     def __init__(self, engine: SloshEngine) -> None:
-        self._chunk: list[Array] = []  # of wrenches and pressures
+        self._chunk: list[Loads] = []
         self._largest: Array = np.zeros(12 + len(engine.config.pressure_points))
         self.elevation_max = 0.0
         self.beyond: dict[Criterion, tuple[int, Trust]] = {}  # how often, and the worst
@@ -42,17 +43,9 @@ class Peaks:
 
     def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
         """Take the numbers of one sample."""
-        self._chunk += loads.wrench, loads.total, loads.pressure
-        if len(self._chunk) == 3 * _CHUNK:
+        self._chunk.append(loads)
+        if len(self._chunk) == _CHUNK:
             self._take_chunk()
-        if loads.rises_above(self.elevation_max):
-            self.elevation_max = loads.elevation_max
-        if not loads.valid:
-            count, worst = self.beyond.get(loads.trust.criterion, (0, loads.trust))
-            worst = max(worst, loads.trust, key=Trust.use)
-            self.beyond[loads.trust.criterion] = count + 1, worst
-        self._first = loads.stamp if self._first is None else self._first
-        self.span = max(self.span, (loads.stamp - self._first) * 1e-9)
         if rollover is not None:
             ratio, (least, largest) = float(rollover.load_transfer_ratio), self.load_transfer_ratio
             self.load_transfer_ratio = min(least, ratio), max(largest, ratio)
@@ -81,10 +74,21 @@ class Peaks:
         return self._largest[12:]
 
     def _take_chunk(self) -> None:
-        if self._chunk:
-            rows = np.concatenate(self._chunk).reshape(-1, len(self._largest))
-            self._largest = np.maximum(self._largest, np.abs(rows).max(axis=0))
-            self._chunk = []
+        chunk, self._chunk = self._chunk, []
+        if not chunk:
+            return
+        wrenches = np.array([loads.wrenches for loads in chunk])
+        rows = np.hstack([wrenches[:, 6:], np.array([loads.pressure for loads in chunk])])
+        self._largest = np.maximum(self._largest, np.abs(rows).max(axis=0))
+        for loads in chunk:
+            if loads.rises_above(self.elevation_max):
+                self.elevation_max = loads.elevation_max
+            if not loads.valid:
+                count, worst = self.beyond.get(loads.trust.criterion, (0, loads.trust))
+                worst = max(worst, loads.trust, key=Trust.use)
+                self.beyond[loads.trust.criterion] = count + 1, worst
+        self._first = chunk[0].stamp if self._first is None else self._first
+        self.span = max(self.span, *((loads.stamp - self._first) * 1e-9 for loads in chunk))
 
 
 class Recording:
@@ -204,14 +208,13 @@ def replay(
     writers = list(writers)
     written = 0
     try:
-        for message, received in bag.readings():
-            _, loads = feed_message(engine, message, received)
-            progress(received)
-            if loads is not None:
+        for block in bag.blocks(_CHUNK):
+            for loads in _fed(engine, block):
                 written += 1
                 rollover = monitor.take(loads.sample, loads.wrench) if monitor else None
                 for writer in writers:
                     writer.write(loads, rollover)
+            progress(block.received[-1])
         if not written:
             reasons = ', '.join(f'{n} {v.value}' for v, n in engine.gate.counts.items())
             raise InputError(
@@ -228,3 +231,16 @@ def replay(
             writer.abandon()
         raise
     return written
+
+
+def _fed(engine: SloshEngine, block: Block) -> Iterator[Loads]:
+    """Feed messages, all at once if there is nothing about them to decide on."""
+    if (all_of_them := block.readings) is not None and not all_of_them.absent:
+        answers = feed_readings(engine, *all_of_them[:3])
+        if answers is not None:
+            yield from answers
+            return
+    for message, received in zip(block.messages, block.received, strict=True):
+        _, loads = feed_message(engine, message, received)
+        if loads is not None:
+            yield loads

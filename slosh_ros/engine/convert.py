@@ -6,16 +6,22 @@ rclpy and rosbags give different classes with the same fields; nothing here impo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine.engine import Loads, SloshEngine
 from slosh_ros.engine.gate import Verdict
 from slosh_ros.engine.sample import MotionSample
 
+Array = NDArray[np.float64]
+
 IMU, TWIST, TWIST_STAMPED = 'sensor_msgs/Imu', 'geometry_msgs/Twist', 'geometry_msgs/TwistStamped'
 
-_ABSENT = -1.0  # covariance[0] of a quantity that the sensor does not measure (sensor_msgs/Imu)
+ABSENT = -1.0  # covariance[0] of a quantity that the sensor does not measure (sensor_msgs/Imu)
 
 FRAME_CHANGES = (
     'frame_id changes in mid-drive: more than one IMU on the topic? imu.xyz and imu.rpy are those '
@@ -60,7 +66,7 @@ class ImuReading(NamedTuple):
 
     def sample(self) -> MotionSample:
         """Return the motion; a rate that is marked absent is zero."""
-        rate = (0.0, 0.0, 0.0) if self.rate_covariance == _ABSENT else self.rate
+        rate = (0.0, 0.0, 0.0) if self.rate_covariance == ABSENT else self.rate
         return MotionSample.from_imu(self.stamp, self.force, rate)
 
 
@@ -99,15 +105,43 @@ def feed_message(engine: SloshEngine, message: Any, received: int) -> tuple[Verd
     return engine.feed(MotionSample.from_twist(stamp, _xyz(twist.linear), _xyz(twist.angular)))
 
 
+def feed_readings(
+    engine: SloshEngine, stamps: Sequence[int], frame: str, values: Array
+) -> list[Loads] | None:
+    """
+    Feed many Imu messages of one frame in which nothing is absent.
+
+    Parameters
+    ----------
+    engine : SloshEngine
+        The engine.
+    stamps : sequence of k ints
+        Times of measurement [ns].
+    frame : str
+        The frame_id of all of them.
+    values : array, shape (k, 9)
+        As of :class:`MotionSample`.
+
+    Returns
+    -------
+    list of k Loads, or None
+        None, with nothing done, if they have to be fed one by one; see `SloshEngine.feed_all`.
+    """
+    wanted = engine.config.imu_frame
+    if (wanted and frame != wanted) or not engine.gate.of_frame(frame):
+        return None
+    return engine.feed_all(stamps, values)
+
+
 def _feed_imu(engine: SloshEngine, reading: ImuReading) -> tuple[Verdict, Loads | None]:
     wanted, frame = engine.config.imu_frame, reading.frame
     if wanted and frame != wanted:
         return engine.gate.refuse(Verdict.WRONG_FRAME), None
     if engine.gate.changes_frame(frame):
         engine.warnings[FRAME_CHANGES] += 1
-    if reading.force_covariance == _ABSENT:
+    if reading.force_covariance == ABSENT:
         return engine.gate.refuse(Verdict.NO_DATA), None
-    if reading.rate_covariance == _ABSENT:
+    if reading.rate_covariance == ABSENT:
         engine.warnings['gyro marked absent by its covariance: rate taken as zero'] += 1
     return engine.feed(reading.sample())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -41,12 +42,8 @@ class Loads:
     ----------
     sample : MotionSample
         The sample that led to them, as given; the loads bear its stamp.
-    wrench : array, shape (6,)
-        Sloshing part, eqs (15)-(20): zero for a frozen liquid.
-    total : array, shape (6,)
-        Everything: weight, rigid part with the Stokes-Joukowski inertia, sloshing.
-    state : array, shape (6,)
-        Sloshing part without feed-through of acceleration.
+    wrenches : array, shape (18,)
+        `state`, `wrench` and `total` in a row.
     pressure : array, shape (p,)
         Pressure at the points of `SloshConfig.pressure_points`, less the hydrostatic pressure of
         the level tank at rest [Pa].
@@ -55,8 +52,8 @@ class Loads:
     """
 
     __slots__ = (
-        '_elevation', '_heights', '_rest', '_trust', '_watch',
-        'beta', 'pressure', 'sample', 'state', 'total', 'wrench',
+        '_at_most', '_elevation', '_heights', '_rest', '_trust', '_watch',
+        'beta', 'pressure', 'sample', 'wrenches',
     )  # fmt: skip
 
     def __init__(
@@ -68,12 +65,14 @@ class Loads:
         heights: WaveHeights,
         watch: TrustWatch,
         rest: Trust,
+        bounds: list[float] | None = None,
     ) -> None:
         self.sample = sample
-        self.state, self.wrench, self.total = wrenches[:6], wrenches[6:12], wrenches[12:]
+        self.wrenches = wrenches
         self.pressure = pressure
         self.beta = beta
         self._heights, self._watch, self._rest = heights, watch, rest
+        self._at_most = bounds
         self._elevation: float | None = None
         self._trust: Trust | None = None
 
@@ -81,6 +80,21 @@ class Loads:
     def stamp(self) -> int:
         """Time of the sample [ns]."""
         return self.sample.stamp
+
+    @property
+    def state(self) -> Array:
+        """Sloshing part without feed-through of acceleration, shape (6,)."""
+        return self.wrenches[:6]
+
+    @property
+    def wrench(self) -> Array:
+        """Sloshing part, eqs (15)-(20), shape (6,): zero for a frozen liquid."""
+        return self.wrenches[6:12]
+
+    @property
+    def total(self) -> Array:
+        """Weight, rigid part with the Stokes-Joukowski inertia, sloshing; shape (6,)."""
+        return self.wrenches[12:]
 
     @property
     def elevation_max(self) -> float:
@@ -101,15 +115,21 @@ class Loads:
         """Whether the motion is mild enough for linear theory."""
         if not self._rest.valid:
             return False
-        if self._trust is None and self._watch.of_wave(self._heights.at_most(self.beta)).valid:
+        if self._trust is None and self._watch.mild(self._bounds()):
             return True
         return self.trust.valid
 
     def rises_above(self, height: float) -> bool:
         """Tell whether the wave is higher or deeper than this [m]; cheap if it is far from it."""
-        if self._elevation is None and max(self._heights.at_most(self.beta)) <= height:
+        if self._elevation is None and max(self._bounds()) <= height:
             return False
         return self.elevation_max > height
+
+    def _bounds(self) -> list[float]:
+        """Return what the wave in each tank cannot be higher than [m]."""
+        if self._at_most is None:
+            self._at_most = self._heights.at_most(self.beta)
+        return self._at_most
 
     def _look(self) -> None:
         heights = self._heights.highest(self.beta)
@@ -340,7 +360,7 @@ class SloshEngine:
         self._accelerating[:] = followed + turning
 
         model, modes, watch, n = self._model, self._modes, self._watch, len(self._model.omega)
-        drive = np.dot(model.drive, self._motion)
+        drive = np.matmul(model.drive, self._motion)
         force, carried = drive[:n], drive[n : 2 * n]
         amplitudes: ComplexArray | None = drive[2 * n :].view(complex)
         if self._measured_gravity:
@@ -365,12 +385,73 @@ class SloshEngine:
         if self._measured_gravity:
             waves *= modes.root
             force = force / self._gravity
-        wrenches = np.dot(model.output, self._moving)
+        wrenches = np.matmul(model.output, self._moving)
         pressure = _NOWHERE
         if len(model.pressure):
-            pressure = np.dot(model.pressure, self._moving) - model.pressure_at_rest
+            pressure = np.matmul(model.pressure, self._moving) - model.pressure_at_rest
         rest = watch.follow(envelope, force, interval, spin)
         return verdict, Loads(sample, wrenches, pressure, beta, model.heights, watch, rest)
+
+    def feed_all(self, stamps: Sequence[int], values: Array) -> list[Loads] | None:
+        """
+        Take many samples at once, bit for bit as `feed` would one by one.
+
+        Matrices meet each sample in a product of its own, as there, and the modes are advanced
+        by the same operations; only what stands around them is done for all samples together.
+
+        Parameters
+        ----------
+        stamps : sequence of k ints
+            Times of the samples [ns].
+        values : array, shape (k, 9)
+            Force, velocity and rate of each, as :attr:`MotionSample.values`.
+
+        Returns
+        -------
+        list of k Loads, or None
+            None, with nothing done, if not all of the samples follow each other without a gap or
+            anything else to decide on: then they are to be fed one by one.
+        """
+        model, modes, n = self._model, self._modes, len(self._model.omega)
+        if self._high_pass is not None or self._measured_gravity or not n:
+            return None
+        intervals = self.gate.judge_all(stamps, values, modes.longest)
+        if intervals is None:
+            return None
+        given, bias = values, self.config.bias
+        if bias is not None:
+            values = values - np.array(bias)
+        rows = values.tolist()
+        if self.config.source == 'imu':
+            for row, interval in zip(rows, intervals, strict=True):
+                self._watch_gravity(row, interval)
+        turning = np.stack(products(*values.T[6:]), axis=1)
+        motion = np.hstack([values, turning])
+        followed = self._acceleration.follow_all(values, intervals)
+
+        drive = np.matmul(model.drive, motion[..., np.newaxis])[..., 0]
+        force, carried = drive[:, :n], drive[:, n : 2 * n]
+        waves = modes.advance_through(intervals, force, carried, drive[:, 2 * n :].view(complex))
+        moving = np.hstack([waves.view(float), followed, turning])
+        envelope = np.abs(waves) / modes.damped
+        beta = waves.imag / modes.damped
+        wrenches = np.matmul(model.output, moving[..., np.newaxis])[..., 0]
+        pressure = np.matmul(model.pressure, moving[..., np.newaxis])[..., 0]
+        pressure = pressure - model.pressure_at_rest
+        self._motion[:], self._moving[:] = motion[-1], moving[-1]
+        spin = (turning[:, 0] + turning[:, 1] + turning[:, 2]).tolist()
+        watch, heights = self._watch, model.heights
+        rows = zip(
+            map(MotionSample.of, stamps, map(tuple, given.tolist())),
+            wrenches,
+            pressure,
+            beta,
+            itertools.repeat(heights),
+            itertools.repeat(watch),
+            watch.follow_all(envelope, force, intervals, spin),
+            heights.at_most(beta),
+        )
+        return list(itertools.starmap(Loads, rows))
 
     def _effective_gravity(self, motion: Sequence[float]) -> float | Array:
         """Return the gravity over the standard one that pulls the waves back at this instant."""

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine.sample import MotionSample
 
 _END_OF_TIME = 2**31 * NANOSECONDS  # a builtin_interfaces/Time holds no later stamp
+
+Array = NDArray[np.float64]
 
 
 class Verdict(Enum):
@@ -86,6 +92,10 @@ class SampleGate:
         before, self._frame = self._frame, frame
         return before is not None and before != frame
 
+    def of_frame(self, frame: str) -> bool:
+        """Tell whether the last message was of this frame."""
+        return self._frame == frame
+
     def judge(self, sample: MotionSample) -> tuple[Verdict, float]:
         """
         Decide on a sample.
@@ -106,6 +116,43 @@ class SampleGate:
         if last is None or verdict.from_rest:
             return verdict, 0.0
         return verdict, (sample.stamp - last) / NANOSECONDS
+
+    def judge_all(
+        self, stamps: Sequence[int], values: Array, longest: float
+    ) -> list[float] | None:
+        """
+        Decide on many samples at once, if there is nothing to decide on.
+
+        Parameters
+        ----------
+        stamps : sequence of k ints
+            Times of the samples [ns].
+        values : array, shape (k, 9)
+            Their values.
+        longest : float
+            Longest interval that is wanted [s].
+
+        Returns
+        -------
+        list of k floats, or None
+            Time since the sample before each [s] if all are accepted and continuous; else None,
+            with nothing done: let them be judged one by one.
+        """
+        if self._last is None or stamps[-1] >= _END_OF_TIME:
+            return None
+        policy, last = self._policy, self._last
+        intervals = []
+        for stamp in stamps:
+            intervals.append((stamp - last) / NANOSECONDS)
+            last = stamp
+        if not (min(intervals) > 0.0 and max(intervals) <= min(policy.max_gap, longest)):
+            return None
+        most = np.repeat([policy.max_specific_force, policy.max_speed, policy.max_angular_rate], 3)
+        if not np.all(np.abs(values) <= most):  # false for NaN too
+            return None
+        self._last = last
+        self.counts[Verdict.ACCEPTED] += len(intervals)
+        return intervals
 
     def refuse(self, verdict: Verdict) -> Verdict:
         """Count a message that cannot even become a sample."""

@@ -230,3 +230,14 @@ class AccelerationFilter:
                 followed = tuple(now + keep * (before - now) for now, before in pairs)
         self._last, self._followed = (vx, vy, vz, wx, wy, wz), followed
         return followed
+
+    def follow_all(self, motion: Array, intervals: Sequence[float]) -> Array:
+        """Take k motions, shape (k, 9), as `follow` does one by one; shape (k, 6)."""
+        if self._corner:
+            rows = zip(motion.tolist(), intervals, strict=True)
+            return np.array([self.follow(*row) for row in rows])
+        carried = np.vstack([[self._last], motion[:, 3:]])
+        followed = np.diff(carried, axis=0) / np.array(intervals)[:, np.newaxis]
+        followed[:, :3] += motion[:, :3]
+        self._last, self._followed = tuple(carried[-1].tolist()), tuple(followed[-1].tolist())
+        return np.asarray(followed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,9 +45,13 @@ class WaveHeights:
             highest.append(float(heights[heights.argmax()]) if len(heights) else 0.0)
         return highest
 
-    def at_most(self, beta: Array) -> list[float]:
-        """Return what the wave in each tank cannot be higher than [m]: all crests at one place."""
-        bounds: list[float] = np.dot(np.abs(beta), self._most).tolist()
+    def at_most(self, beta: Array) -> list[Any]:
+        """
+        Return what the wave in each tank cannot be higher than [m]: all crests at one place.
+
+        Of beta of shape (k, n), a list for each row.
+        """
+        bounds: list[Any] = np.dot(np.abs(beta), self._most).tolist()
         return bounds
 
 

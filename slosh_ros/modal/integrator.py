@@ -21,6 +21,7 @@ whose solution over an interval with linear input needs only exp(s dt) and two p
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +95,11 @@ class ModalIntegrator:
     def root(self) -> float | Array:
         """Root of the gravity over the standard one, of all modes or one a mode."""
         return self._root
+
+    @property
+    def longest(self) -> float:
+        """Longest interval that `advance_through` takes, under the standard gravity [s]."""
+        return _SERIES_RADIUS / self._fastest if self._fastest else math.inf
 
     @property
     def damped(self) -> Array:
@@ -173,6 +179,43 @@ class ModalIntegrator:
         amplitude -= last * drive
         self._amplitude = amplitude
 
+    def advance_through(
+        self, intervals: Sequence[float], force: Array, carried: Array, drive: ComplexArray
+    ) -> ComplexArray:
+        """
+        Advance over many intervals, bit for bit as one `advance` each would.
+
+        Parameters
+        ----------
+        intervals : sequence of k floats
+            Their lengths [s], positive, up to `longest`.
+        force, carried, drive : array, shape (k, n)
+            As for `advance`, at the end of each interval.
+
+        Returns
+        -------
+        array, shape (k, n)
+            The wave at the end of each interval.
+        """
+        powers = np.array(intervals)[:, np.newaxis] ** _ORDERS
+        sums = np.matmul(self._series, powers[..., np.newaxis])[..., 0]
+        gains = sums.view(complex).reshape(len(intervals), 3, -1)
+        amplitudes = np.empty_like(drive)
+        amplitude, before = self._amplitude, self._drive
+        if before is None:
+            before = self.drive_of(self._force, self._carried)
+        driven = gains[:, 1] * np.vstack([before[np.newaxis], drive[:-1]])
+        driving = gains[:, 2] * drive
+        for free, first, last, slot in zip(gains[:, 0], driven, driving, amplitudes, strict=True):
+            np.multiply(free, amplitude, out=slot)
+            slot -= first
+            slot -= last
+            amplitude = slot
+        self._interval, self._gains = intervals[-1], tuple(gains[-1].copy())
+        self._amplitude = amplitude.copy()
+        self._take(force[-1].copy(), carried[-1].copy(), drive[-1].copy())
+        return amplitudes - carried
+
     def coast(self, interval: float, force: Array, carried: Array) -> None:
         """Let the liquid move freely over an interval without input, then take up this one."""
         self._amplitude = self.wave * np.exp(self._pole * interval) + carried
@@ -189,7 +232,7 @@ class ModalIntegrator:
             return 1.0 + x * phi_1, interval * (phi_1 - phi_2), interval * phi_2
         time = interval * self._root  # gravity only changes the pace
         if isinstance(time, float):
-            sums = np.dot(self._series, time**_ORDERS).view(complex)
+            sums = np.matmul(self._series, time**_ORDERS).view(complex)
             free, first, last = sums.reshape(3, -1)
         else:
             modes = self._series.reshape(3, len(time), 2, _SERIES_ORDER)

@@ -114,6 +114,7 @@ class TrustWatch:
             Trust(Criterion.FILM, max(films, default=0.0), 1.0),
             key=Trust.use,
         )
+        self._least = self._shallow.use()
         self._reach = max(lengths) / 2.0 / GRAVITY
         # modes of all tanks
         self._over_square = np.concatenate([1.0 / c.omega**2 for _, c in liquids])
@@ -169,6 +170,11 @@ class TrustWatch:
         )
         return max(waves, key=Trust.use)
 
+    def mild(self, heights: Sequence[float]) -> bool:
+        """Tell whether `of_wave` of such heights is valid."""
+        pairs = zip(heights, self._waves, strict=True)
+        return all(height * scale <= limit for height, (_, scale, limit) in pairs)
+
     def follow(
         self, envelope: Array, driving: Array, interval: float, rate_square: float
     ) -> Trust:
@@ -179,8 +185,34 @@ class TrustWatch:
         static *= self._over_square
         self._static *= self._keep
         np.maximum(self._static, static, out=self._static)
-        worst, use = self._shallow, self._shallow.use()
         steepness: list[float] = (envelope * self._wave_number).tolist()
+        return self._worst(steepness, envelope, self._static, rate_square)
+
+    def follow_all(
+        self,
+        envelope: Array,
+        driving: Array,
+        intervals: Sequence[float],
+        rate_squares: Sequence[float],
+    ) -> list[Trust]:
+        """Look at k instants, one after the other, as `follow` does; arrays of shape (k, n)."""
+        self._interval = 0.0  # of what is kept
+        keep = np.exp(self._forget * np.array(intervals)[:, np.newaxis])
+        static = np.abs(driving)
+        static *= self._over_square
+        before = self._static
+        for now, kept in zip(static, keep, strict=True):
+            np.maximum(before * kept, now, out=now)
+            before = now
+        self._static = before.copy()
+        steepness = (envelope * self._wave_number).tolist()
+        rows = zip(steepness, envelope, static, rate_squares, strict=True)
+        return [self._worst(*row) for row in rows]
+
+    def _worst(
+        self, steepness: list[float], envelope: Array, static: Array, rate_square: float
+    ) -> Trust:
+        worst, use = self._shallow, self._least
         slope = max(steepness, default=0.0)
         if slope / SLOPE_LIMIT > use:
             worst, use = Trust(Criterion.SLOPE, slope, SLOPE_LIMIT), slope / SLOPE_LIMIT
@@ -188,7 +220,7 @@ class TrustWatch:
         if slope**2 * AMPLIFICATION_MAX / RESONANCE_LIMIT > use:
             for mode, steep in enumerate(steepness):
                 if steep**2 * AMPLIFICATION_MAX / RESONANCE_LIMIT > use:
-                    floor = max(float(self._static[mode]), _TINY)
+                    floor = max(float(static[mode]), _TINY)
                     amplified = min(float(envelope[mode]), AMPLIFICATION_MAX * floor) / floor
                     near = steep**2 * amplified
                     if near / RESONANCE_LIMIT > use:
