@@ -413,7 +413,8 @@ class SloshEngine:
             anything else to decide on: then they are to be fed one by one.
         """
         model, modes, n = self._model, self._modes, len(self._model.omega)
-        if self._high_pass is not None or self._measured_gravity or not n:
+        one_by_one = self._high_pass is not None or self._measured_gravity or self._wanted
+        if one_by_one or not n:
             return None
         intervals = self.gate.judge_all(stamps, values, modes.longest)
         if intervals is None:
