@@ -366,14 +366,14 @@ def _print_thresholds(truck: GeneralTruck, cargo: SloshingCargo) -> None:
     _out.print(table)
 
 
-def _ratio(text: str) -> float:
+def _ratio(text: str, wanted: str) -> float:
     """Read a fill ratio."""
     try:
         ratio = float(text)
     except ValueError:
         ratio = float('nan')
     if not 0.0 <= ratio <= 1.0:
-        raise InputError(f'--fill is {text}; it must be a ratio from 0 to 1')
+        raise InputError(f'--fill is {text}; it must be {wanted}')
     return ratio
 
 
@@ -385,18 +385,18 @@ def _fills(text: str) -> list[float]:
         raise InputError(
             f'--fill is {text}; a sweep is A:B:N, N fills from A to B, 2 to {_MOST_FILLS}'
         )
-    return [round(x, 12) for x in np.linspace(_ratio(begin), _ratio(end), int(count)).tolist()]
+    first, last = (_ratio(number, 'a ratio from 0 to 1') for number in (begin, end))
+    return [round(x, 12) for x in np.linspace(first, last, int(count)).tolist()]
 
 
 def _with_fill(tank: TankConfig, text: str | None) -> TankConfig:
     if text is None:
         return tank
-    ratio = _ratio(text)
     low, high = FILL_RANGE
+    wanted = f'a ratio from {low:g} to {high:g}, or 0, or 1'
+    ratio = _ratio(text, wanted)
     if not (low <= ratio <= high or ratio in (0.0, 1.0)):
-        raise InputError(
-            f'--fill is {ratio:g}; it must be a ratio from {low:g} to {high:g}, or 0, or 1'
-        )
+        raise InputError(f'--fill is {text}; it must be {wanted}')
     return replace(tank, depth=tank.tank.depth(ratio))
 
 
