@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterException, ROSInterruptException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -55,11 +56,15 @@ def run(
         started = True
         node = _made(make_node)
         stop.calmly = True
-        executor = EventsExecutor() if events else SingleThreadedExecutor()
+        if events:
+            executor, patience = EventsExecutor(), _LOOK
+        else:  # which would make a timer of its own at every message for a patience
+            executor, patience = SingleThreadedExecutor(), None
+            node.create_timer(_LOOK, _look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         executor.add_node(node)
         # the EventsExecutor's own spin() of rclpy 7.1.6 dispatches nothing
         while rclpy.ok() and not stop.wanted:
-            executor.spin_once(timeout_sec=_LOOK)
+            executor.spin_once(timeout_sec=patience)
     except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
         pass
     except (InputError, InvalidParameterException, RCLError, UnknownROSArgsError) as error:
@@ -78,6 +83,10 @@ def run(
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _look() -> None:
+    """Let Python take a signal."""
 
 
 class _Stop:

@@ -19,6 +19,7 @@ from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, ImuReading, inpu
 from slosh_ros.engine.parameters import resolved
 from slosh_ros.ros.calibration import CalibrationService
 from slosh_ros.ros.diagnostics import DISABLED, SEVERITY, UNMOUNTED, Watch
+from slosh_ros.ros.fill import FillInput
 from slosh_ros.ros.latched import Latched
 from slosh_ros.ros.motion_input import MotionInput
 from slosh_ros.ros.mounting import TfMounting
@@ -56,6 +57,7 @@ class SloshNode(Node):
         take = self._on_imu if raw else self._on_twist
         motion = MotionInput(self, kind, topic, take, self._news, raw=raw)
         self._watch = Watch(self.engine, self.get_name(), motion)
+        self._fills = FillInput(self, self.engine, self._news, self._watch.refuse)
         # a steady clock: reports go on while simulated time stands still
         self.create_timer(
             _REPORT_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -103,8 +105,12 @@ class SloshNode(Node):
         if not self._watch.enabled:
             self._watch.refuse(DISABLED)
             return
+        self._fills.bring()
         verdict, loads = feed_message(self.engine, message, received)
         if loads is not None:
+            if self._fills.changed:
+                self._fills.changed = False
+                self._latched.tell()
             self._watch.take(loads)
             self._calibration.take(verdict, loads)
             self._outputs.publish(loads)
@@ -138,6 +144,7 @@ class SloshNode(Node):
         # what goes on for long is in the diagnostics; the log tells what needs somebody
         self._news.state(finding.subject, finding.text, SEVERITY[finding.level])
         self._news.flush()
+        self._fills.follow()
 
 
 def main(args: list[str] | None = None) -> None:

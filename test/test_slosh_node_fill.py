@@ -1,0 +1,171 @@
+"""Filling and draining a running slosh_node over DDS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
+
+from geometry_msgs.msg import InertiaStamped
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_rig import NANOSECONDS, QOS, Driver, NodeProcess, call, diagnostics, imu, wrench_of
+from std_msgs.msg import Float64, Float64MultiArray
+
+from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
+
+START = 100 * NANOSECONDS
+STEP = 10_000_000
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+TANK = """/**:
+  ros__parameters:
+    tank: {shape: rectangular, length: 4.0, width: 2.0, height: 1.5, fill_ratio: 0.5, modes: 4}
+"""
+TANKS = """/**:
+  ros__parameters:
+    tanks: [front, rear]
+    front: {xyz: [3.0, 0.0, 1.0], shape: cylinder_z, radius: 0.8, height: 1.5, fill_ratio: 0.5}
+    rear: {xyz: [-3.0, 0.0, 1.0], shape: cylinder_x, radius: 0.8, length: 3.0, fill_ratio: 0.5,
+           modes: 2}
+"""
+
+
+def sample(k: int) -> tuple[int, tuple[float, ...]]:
+    return START + k * STEP, (0.5 * np.sin(0.07 * k), 0.3, 9.81)
+
+
+class Fills:
+    """Publishes fills and waits until a wrench shows that they have come."""
+
+    def __init__(self, driver: Driver, topic: str) -> None:
+        self.driver = driver
+        self.publisher = driver.node.create_publisher(Float64, topic, QOS)
+        driver.spin_until(lambda: self.publisher.get_subscription_count() > 0)
+
+    def fill(self, ratio: float) -> None:
+        self.publisher.publish(Float64(data=ratio))
+
+
+def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same(tmp_path: Path):
+    """Draining to empty and filling to the brim on the way; bit for bit what set_fill gives."""
+    file = tmp_path / 'tank.yaml'
+    file.write_text(TANK)
+    engine = SloshEngine(SloshConfig.from_file(file))
+    with (
+        NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(file)) as node,
+        Driver() as driver,
+    ):
+        node.wait_for('ready')
+        driver.wait_for_node()
+        fills = Fills(driver, 'slosh_node/fill')
+        liquids: list[InertiaStamped] = []
+        couplings: list[Float64MultiArray] = []
+        for kind, topic, heard in (
+            (InertiaStamped, 'liquid', liquids),
+            (Float64MultiArray, 'coupling', couplings),
+        ):
+            driver.node.create_subscription(kind, f'slosh_node/{topic}', heard.append, LATCHED)
+        driver.spin_until(lambda: liquids and couplings)
+        k = 0
+        for ratio, by_topic in (
+            (0.5, True), (0.7, True), (0.4, False), (0.0, True), (1.0, False), (0.6, True),
+        ):  # fmt: skip
+            if by_topic:
+                fills.fill(ratio)
+                driver.spin_for(0.3)
+            else:
+                parameter = Parameter('tank.fill_ratio', value=ratio).to_parameter_msg()
+                (result,) = call(
+                    driver, SetParameters, 'slosh_node/set_parameters',
+                    SetParameters.Request(parameters=[parameter]),
+                ).results  # fmt: skip
+                assert result.successful, result.reason
+            engine.set_fill('tank', ratio)
+            for _ in range(15):
+                stamp, force = sample(k)
+                k += 1
+                slosh, total = driver.exchange(imu(stamp, force))
+                _, loads = engine.feed(MotionSample.from_imu(stamp, list(force), [0.0] * 3))
+                assert wrench_of(slosh) == loads.wrench.tolist()
+                assert wrench_of(total) == loads.total.tolist()
+            mass = 12000.0 * ratio
+            assert engine.carried.mass == pytest.approx(mass)
+            driver.spin_until(lambda mass=mass: abs(liquids[-1].inertia.m - mass) < 1e-6)
+            np.testing.assert_array_equal(
+                np.reshape(couplings[-1].data, (6, 6)), engine.carried.coupling
+            )
+        assert len(liquids) == 6  # what does not change is not told again
+        driver.spin_until(lambda: diagnostics(driver)['tank.fill_ratio'] == '0.6000')
+        value = call(
+            driver, GetParameters, 'slosh_node/get_parameters',
+            GetParameters.Request(names=['tank.fill_ratio']),
+        ).values[0]  # fmt: skip
+        assert value.double_value == 0.6  # the parameter has followed the topic
+        assert 'tank is filled to 0.' in node.output  # the news may have waited for the next
+
+
+def test_bad_fills_are_refused_in_words_and_change_nothing(tmp_path: Path):
+    file = tmp_path / 'tank.yaml'
+    file.write_text(TANK)
+    with (
+        NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(file)) as node,
+        Driver() as driver,
+    ):
+        node.wait_for('ready')
+        driver.wait_for_node()
+        for k in range(10):
+            _, total = driver.exchange(imu(START + k * STEP))
+        fills = Fills(driver, 'slosh_node/fill')
+        for ratio in (float('nan'), float('inf'), -0.1, 1.5, 1e308):
+            fills.fill(ratio)
+        node.wait_for('it must be a ratio from 0 to 1')
+        driver.spin_until(lambda: diagnostics(driver).get('fill refused') == '5')
+        for value in (1.5, float('nan'), 1, '0.5'):
+            parameter = Parameter('tank.fill_ratio', value=value).to_parameter_msg()
+            (result,) = call(
+                driver, SetParameters, 'slosh_node/set_parameters',
+                SetParameters.Request(parameters=[parameter]),
+            ).results  # fmt: skip
+            assert not result.successful
+            assert result.reason
+        changes = [Parameter('tank.fill_ratio', value=0.7), Parameter('tank.length', value=5.0)]
+        answer = call(
+            driver, SetParametersAtomically, 'slosh_node/set_parameters_atomically',
+            SetParametersAtomically.Request(parameters=[p.to_parameter_msg() for p in changes]),
+        )  # fmt: skip
+        assert not answer.result.successful
+        _, again = driver.exchange(imu(START + 10 * STEP))
+        assert wrench_of(again) == wrench_of(total)
+        assert diagnostics(driver)['tank.fill_ratio'] == '0.5000'
+
+
+def test_each_tank_has_its_own_fill_and_samples_go_on_while_one_is_computed(tmp_path: Path):
+    file = tmp_path / 'tanks.yaml'
+    file.write_text(TANKS)
+    with (
+        NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(file)) as node,
+        Driver() as driver,
+    ):
+        node.wait_for('ready')
+        driver.wait_for_node()
+        driver.exchange(imu(START))
+        front, rear = (Fills(driver, f'slosh_node/{name}/fill') for name in ('front', 'rear'))
+        k, weight = 0, 0.0
+        expected = 1000.0 * np.pi * 0.8**2 * (1.5 * 0.8 + 3.0 * 0.25) * 9.81
+        while abs(weight - expected) > 1e-6 * expected:
+            if k % 200 == 0:  # as sensors do
+                rear.fill(0.25)
+                front.fill(0.8)
+            k += 1
+            assert k < 9000
+            _, total = driver.exchange(imu(START + k * STEP))
+            weight = -wrench_of(total)[2]
+        seen = diagnostics(driver)
+        assert (seen['front.fill_ratio'], seen['rear.fill_ratio']) == ('0.8000', '0.2500')
