@@ -90,9 +90,11 @@ class Parameter:
         for number in numbers:
             if isinstance(number, bool | str):
                 continue
-            if not math.isfinite(number) or not self.lower <= number <= self.upper:
+            # the range comes first: an integer may be too large for a float
+            if not self.lower <= number <= self.upper or not math.isfinite(number):
                 wanted = self.constraints or 'a finite number'
-                raise InputError(f'{self.name} is {number:g}{unit}; it must be {wanted}')
+                found = f'{number:g}' if isinstance(number, float) else _shown(number)
+                raise InputError(f'{self.name} is {found}{unit}; it must be {wanted}')
         if self.choices and fitting not in self.choices:
             near = difflib.get_close_matches(str(fitting), self.choices, 1)
             hint = f'; did you mean {near[0]}?' if near else ''
@@ -122,8 +124,8 @@ class Parameter:
             return value
         if isinstance(value, int) and not isinstance(value, bool):
             raise InputError(
-                f'{self.name} has the integer {value} where ROS 2 wants a double; '
-                f'write {value}.0{unit}'
+                f'{self.name} has the integer {_shown(value)} where ROS 2 wants a double; '
+                f'write {_shown(value)}.0{unit}'
             )
         raise InputError(f'{self.name} has {_shown(value)} where a number is wanted{unit}')
 

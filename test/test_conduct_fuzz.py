@@ -6,8 +6,10 @@ A few thousand cases, always the same ones; SLOSH_FUZZ=20 tries twenty times as 
 
 from __future__ import annotations
 
+import math
 import os
 import random
+import re
 import string
 import subprocess
 import sys
@@ -25,7 +27,9 @@ from hypothesis import strategies as st
 from test_bad_input import within
 
 from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine, Verdict, feed_message
+from slosh_ros.engine.parameters import PARAMETERS
 from slosh_ros.errors import InputError
+from slosh_ros.parameters import Parameter
 
 MORE = int(os.environ.get('SLOSH_FUZZ', '0'))
 
@@ -295,6 +299,35 @@ def test_a_spoilt_parameter_file_is_refused_in_one_line(file, content):
 )
 def test_what_is_no_parameter_file_at_all_is_refused_in_one_line(file, content):
     checked_in_one_line(file, content)
+
+
+@pytest.mark.parametrize('row', PARAMETERS, ids=lambda row: row.name)
+def test_every_parameter_refuses_what_does_not_fit(row):
+    """Beyond its range by a rounding, not finite, of another type, or none of its choices."""
+    wrong: list[object] = [None, {}, b'1', [[]], [None], object()]
+    if row.kind != 'bool':
+        wrong += [True, [True]]
+    if 'string' not in row.kind:
+        wrong += ['1.0', ['1.0']]
+    if 'double' in row.kind:
+        numbers = [math.nan, math.inf, -math.inf, 1, *_beyond(row)]
+        wrong += [[n] * 3 for n in numbers] if '[' in row.kind else numbers
+    if row.kind == 'int':
+        wrong += [1.0, int(row.lower) - 1, int(row.upper) + 1, 10**400]
+    if row.choices:
+        wrong += ['', 'no such thing', f'{row.choices[0]} ']
+    for value in wrong:
+        with pytest.raises(InputError, match=re.escape(row.name)) as refusal:
+            row.checked(value)
+        assert '\n' not in str(refusal.value)
+
+
+def _beyond(row: Parameter) -> list[float]:
+    within = [row.lower, row.upper]
+    return [
+        math.nextafter(edge, way) for edge, way in zip(within, (-math.inf, math.inf), strict=True)
+        if math.isfinite(edge)
+    ]  # fmt: skip
 
 
 KINDS = ('mcap', 'mcap_zstd', 'sqlite3', 'sqlite3_zstd', 'ros1')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import signal
 import subprocess
 import sys
@@ -22,7 +23,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import QoSReliabilityPolicy, qos_profile_sensor_data
 from ros_rig import QOS, Driver, NodeProcess, imu, stamp_of, wrench_of
 from sensor_msgs.msg import Imu
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 
 from slosh_ros.engine import SloshConfig, SloshEngine, Verdict, feed_message
 from slosh_ros.engine.parameters import resolved
@@ -281,6 +282,18 @@ def test_a_disabled_node_answers_nothing_and_starts_from_rest_when_enabled(talk)
     assert len(talk.driver.received['wrench']) == 5
     assert ask(talk.driver, SetBool, 'set_enabled', data=True).success
     assert talk.tell(begin) == before
+
+
+def test_many_calls_are_few_lines_of_log(talk):
+    before = len(talk.node.output.splitlines())
+    for _ in range(10):
+        ask(talk.driver, SetBool, 'set_enabled', data=True)
+        ask(talk.driver, Trigger, 'reset')
+    talk.driver.spin_for(2.5)
+    said = talk.node.output.splitlines()[before:]
+    times = [float(re.search(r'\[(\d+\.\d+)\]', line)[1]) for line in said]
+    assert 0 < len(times) <= 4
+    assert all(later - earlier > 0.9 for earlier, later in itertools.pairwise(times))
 
 
 def test_a_publisher_that_offers_too_little_is_told_with_the_remedy(talk):
