@@ -6,11 +6,12 @@ import itertools
 
 import numpy as np
 import pytest
-from drives import SECOND, START, G, engine_of
+from drives import SECOND, START, G, engine_of, feed, totals, wrenches, write_bag
 
+from slosh_ros.bag import MotionBag, Peaks, Recording, replay
 from slosh_ros.engine import MotionSample, SloshEngine
 from slosh_ros.engine.cdr import imu_reading, imu_readings
-from slosh_ros.engine.convert import ImuReading
+from slosh_ros.engine.convert import IMU, ImuReading
 
 PARTS = ('wrench', 'total', 'state', 'pressure', 'beta', 'elevation_max', 'valid', 'trust')
 
@@ -123,3 +124,30 @@ def test_many_imu_messages_are_read_as_one_by_one():
         assert imu_readings([*raws, odd]) is None
         assert imu_readings([odd, *raws]) is None
     assert isinstance(expected[0], ImuReading)
+
+
+def test_a_replayed_bag_is_fed_as_the_node_is_fed(tmp_path):
+    """Blocks with gaps and duplicates among them; and the peaks of all of it."""
+    stamps, _ = motion(900)
+    for k, later in ((300, SECOND), (301, 20 * SECOND), (700, SECOND // 2)):
+        stamps[k:] = [stamp + later for stamp in stamps[k:]]
+    stamps[100] = stamps[99]
+    stamps[800] = stamps[600]
+    push = lambda t: (3.0 * np.sin(1.1 * t), 0.2 * np.cos(t), G)  # noqa: E731
+    engine, other = engine_of(), engine_of()
+    expected = feed(other, sorted(stamps), push)  # bags are read in the order of time
+    peaks, recording = Peaks(engine), Recording(engine)
+    with MotionBag(write_bag(tmp_path / 'bag', stamps, push), IMU) as bag:
+        assert replay(bag, engine, [peaks, recording]) == len(expected)
+    assert engine.gate.counts == other.gate.counts
+    assert np.array_equal(recording.wrench, wrenches(expected))
+    assert np.array_equal(recording.total, totals(expected))
+    assert np.array_equal(peaks.wrench, np.abs(wrenches(expected)).max(axis=0))
+    assert np.array_equal(peaks.total, np.abs(totals(expected)).max(axis=0))
+    heights = [loads.elevation_max for loads in expected]
+    assert peaks.elevation_max == max(heights)
+    assert recording.elevation_max.tolist() == heights
+    valid = [loads.valid for loads in expected]
+    assert recording.valid.tolist() == valid
+    assert 0 < sum(count for count, _ in peaks.beyond.values()) == valid.count(False)
+    assert peaks.span == pytest.approx((expected[-1].stamp - expected[0].stamp) * 1e-9)
