@@ -52,9 +52,9 @@ class SloshNode(Node):
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/set_enabled', self._on_set_enabled)
         kind, topic = _INPUTS[input_type(self.engine)]
+        take = {Imu: self._on_imu, Twist: self._on_twist, TwistStamped: self._on_motion}[kind]
         raw = kind is Imu
         self._mounting = TfMounting(self) if values.flag('imu.from_tf') and raw else None
-        take = self._on_imu if raw else self._on_twist
         motion = MotionInput(self, kind, topic, take, self._news, raw=raw)
         self._watch = Watch(self.engine, self.get_name(), motion)
         self._fills = FillInput(self, self.engine, self._news, self._watch.refuse)
@@ -81,7 +81,7 @@ class SloshNode(Node):
         if reading is None:  # big-endian, say: what rclpy cannot read it does not deliver
             reading = ImuReading.of(deserialize_message(raw, Imu))
         if self._mounting is None or self._mount(self._mounting, reading.frame):
-            self._on_motion(reading, 0)
+            self._on_motion(reading)
 
     def _mount(self, mounting: TfMounting, frame: str) -> bool:
         """Take the pose of the IMU from TF once it tells; until then samples are held out."""
@@ -98,10 +98,10 @@ class SloshNode(Node):
         self.get_logger().info(f'{frame} is mounted in base_link at xyz [{xyz}], rpy [{rpy}]')
         return True
 
-    def _on_twist(self, message: Twist | TwistStamped) -> None:
+    def _on_twist(self, message: Twist) -> None:
         self._on_motion(message, self.get_clock().now().nanoseconds)
 
-    def _on_motion(self, message: Any, received: int) -> None:
+    def _on_motion(self, message: Any, received: int = 0) -> None:
         if not self._watch.enabled:
             self._watch.refuse(DISABLED)
             return
