@@ -198,6 +198,19 @@ def test_the_shipped_tanker_as_trimesh_measures_it(fill_ratio: float) -> None:
     assert liquid.inertia == pytest.approx(other.moment_inertia + steiner, rel=1e-6, abs=1e-6)
 
 
+def test_a_contact_line_of_many_corners() -> None:
+    """A drum in long needles is covered all the same, closed and exactly."""
+    made = trimesh.creation.cylinder(radius=1.0, height=3.0, sections=600)
+    tank = tank_of((np.array(made.vertices), np.array(made.faces)))
+    depth = tank.depth(0.4)
+    surface = tank.liquid_surface(depth, 0.2)
+    assert_closed(surface)
+    centre = tank.filled(depth).surface_centre
+    found = surface.liquid(depth, 0.4, centre, 3.0 - depth)
+    assert_same(found, tank.filled(depth))
+    assert len(surface.free) < 1300  # two for each facet of the drum, as few as there can be
+
+
 def frame() -> Surface:
     """Two legs joined by a bridge above and a bridge below: a free surface in two pieces."""
     made = trimesh.creation.box((1.0, 3.0, 3.0))

@@ -87,3 +87,24 @@ def test_acute_corners_end_and_details_too_small_are_refused() -> None:
 def test_angles_at_corners() -> None:
     found = np.degrees(corner_angles(OUTLINES['two legs']))
     assert found == pytest.approx([90.0, 90.0, 90.0, 90.0, 270.0, 270.0, 90.0, 90.0])
+
+
+@pytest.mark.parametrize('name', OUTLINES)
+def test_any_triangles_that_join_the_corners(name: str) -> None:
+    """Without a size they are few, fill the polygon, and have its edges as sides."""
+    outline = OUTLINES[name]
+    points, triangles = triangulate(outline, None)
+    found = areas(points[triangles])
+    assert found.min() > 0.0
+    (y, z), (v, w) = outline.T, np.roll(outline, -1, axis=0).T
+    assert found.sum() == pytest.approx(np.sum(y * w - v * z) / 2.0)
+    assert len(triangles) == len(points) - 2
+
+
+def test_a_polygon_with_a_hole() -> None:
+    outline, hole = OUTLINES['square'], 0.25 + 0.5 * OUTLINES['square'][::-1]
+    for size in (None, lambda p: np.full(len(p), 0.2)):
+        points, triangles = triangulate(outline, size, [hole])
+        assert areas(points[triangles]).sum() == pytest.approx(0.75)
+        middles = np.abs(points[triangles].mean(axis=1) - 0.5).max(axis=1)
+        assert middles.min() > 0.25

@@ -201,8 +201,12 @@ def sphere(radius: float) -> Capsule:
 
 @overload
 def cylinder_x(radius: float, length: float) -> UniformTank: ...
+
+
 @overload
 def cylinder_x(radius: float, length: float, head_depth: float) -> UniformTank | Capsule: ...
+
+
 def cylinder_x(radius: float, length: float, head_depth: float = 0.0) -> UniformTank | Capsule:
     """
     Horizontal circular cylinder, with flat ends or ellipsoidal heads.

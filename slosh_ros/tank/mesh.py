@@ -27,6 +27,7 @@ from slosh_ros.tank.uniform import LiquidAtRest, box_outline
 SUFFIXES = ('.stl', '.obj', '.ply')
 _PINHOLE = 1e-5  # [bounding boxes] a smaller free surface is none
 _FREE = 400  # squares of triangles' sides that are enough for a free surface
+_MANY = 500  # corners of the contact line
 _CENTRED = 1e-6  # [sizes] by which the centre of a file's bounding box may be off its origin
 
 
@@ -179,8 +180,10 @@ class MeshTank:
         """
         Cover the liquid with triangles; the wall is that of the mesh, exactly.
 
-        Where its triangles are larger, they are divided; smaller ones stay as they are. Those of
-        the free surface, which is flat, are so large that a thousand or two are enough.
+        Where its triangles are larger, they are divided, unless they become very many; smaller
+        ones stay as they are. Those of the free surface, which is flat, are so large that a
+        thousand or two are enough; if the contact line has very many corners, they are any that
+        join these.
 
         Parameters
         ----------
@@ -209,7 +212,7 @@ class MeshTank:
             rings = [cut.loops[i] for i in (outer, *holes)]
             flat, triangles = triangulate(
                 points[rings[0], :2],
-                sides,
+                sides if sum(map(len, rings)) < _MANY else None,
                 [points[ring, :2] for ring in rings[1:]],
             )
             level = np.pad(flat, ((0, 0), (0, 1)))

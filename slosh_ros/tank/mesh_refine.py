@@ -8,12 +8,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.errors import InputError
 from slosh_ros.tank.surface import Array
 
 Indices = NDArray[np.intp]
 
-_MOST = 100_000  # triangles; beyond, the size is a mistake
+_MANY = 20_000  # triangles, that is long needles if they are still not small enough
 
 
 def refined(
@@ -36,12 +35,7 @@ def refined(
     Returns
     -------
     points, triangles, loops
-        The same surface.
-
-    Raises
-    ------
-    InputError
-        If the triangles become far too many.
+        The same surface; longer sides are left if the triangles become very many.
     """
     while True:
         sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
@@ -50,13 +44,8 @@ def refined(
         )
         length = np.linalg.norm(points[unique[:, 1]] - points[unique[:, 0]], axis=1)
         long = length > size
-        if not long.any():
+        if not long.any() or len(triangles) > _MANY:
             return points, triangles, tuple(loops)
-        if len(triangles) > _MOST:
-            raise InputError(
-                f'more than {_MOST} triangles of {size:.2g} m would cover the liquid; they must '
-                'be larger'
-            )
         middle = np.full(len(unique), -1)
         middle[long] = len(points) + np.arange(np.count_nonzero(long))
         points = np.concatenate([points, points[unique[long]].mean(axis=1)])

@@ -29,7 +29,7 @@ _ROUNDING = 1e-9
 
 
 def triangulate(
-    outline: Array, size: Callable[[Array], Array], holes: Sequence[Array] = ()
+    outline: Array, size: Callable[[Array], Array] | None, holes: Sequence[Array] = ()
 ) -> tuple[Array, Indices]:
     """
     Divide a polygon into triangles.
@@ -40,6 +40,7 @@ def triangulate(
         Corners, counter-clockwise.
     size : callable
         Largest side of triangles at given points: array, shape (p, 2), to array, shape (p,).
+        None: they may be of any size and shape, and are few.
     holes : sequence of array, shape (n, 2)
         Corners, clockwise, of what is left out.
 
@@ -56,6 +57,12 @@ def triangulate(
         If details of the outline are so small that the triangles become too many.
     """
     mesh = _Mesh([outline, *holes])
+    while size is None:
+        triangles = mesh.triangles()
+        split = mesh.missing_segments(triangles)
+        if not split.any():
+            return mesh.points, triangles
+        mesh.split(split)
     while True:
         triangles = mesh.triangles()
         if len(triangles) > _MOST:
@@ -110,6 +117,11 @@ class _Mesh:
         found[area < 0.0] = found[area < 0.0, ::-1]
         # corners on one edge may make up triangles without area
         return np.asarray(found[np.abs(area) > _ROUNDING**1.5 * self._span**2])
+
+    def missing_segments(self, triangles: Indices) -> NDArray[np.bool_]:
+        """Tell which segments are not sides of triangles."""
+        opposite = _opposite(triangles)
+        return np.array([(a, b) not in opposite for a, b in self.segments.tolist()])
 
     def unfit_segments(
         self, triangles: Indices, size: Callable[[Array], Array]
