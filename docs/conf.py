@@ -42,7 +42,7 @@ html_theme_options = {'source_repository': '', 'top_of_page_buttons': []}
 
 def _types_are_words(app, what, name, obj, options, lines):
     """Keep the type of an attribute from being looked up: 'array, shape (3,)' is none."""
-    lines[:] = [re.sub(r'^(:vartype \w+:) (.*)', r'\1 ``\2``', line) for line in lines]
+    lines[:] = [re.sub(r'^(:vartype \w+:|:type:) (.*)', r'\1 ``\2``', line) for line in lines]
 
 
 def setup(app):
