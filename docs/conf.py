@@ -27,6 +27,7 @@ default_role = 'code'
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False
 napoleon_use_ivar = True
+suppress_warnings = ['ref.python']  # attributes of one name in several classes
 nitpick_ignore_regex = [('py:.*', r'(?!slosh_ros\.).*')]  # words of a type, as "array"
 autodoc_typehints = 'none'
 autodoc_member_order = 'bysource'
