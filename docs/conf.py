@@ -27,6 +27,7 @@ default_role = 'code'
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False
 napoleon_use_ivar = True
+suppress_warnings = ['ref.python']  # attributes of one name in several classes
 nitpick_ignore_regex = [('py:.*', r'(?!slosh_ros\.).*')]  # words of a type, as "array"
 autodoc_typehints = 'none'
 autodoc_member_order = 'bysource'
@@ -42,7 +43,7 @@ html_theme_options = {'source_repository': '', 'top_of_page_buttons': []}
 
 def _types_are_words(app, what, name, obj, options, lines):
     """Keep the type of an attribute from being looked up: 'array, shape (3,)' is none."""
-    lines[:] = [re.sub(r'^(:vartype \w+:) (.*)', r'\1 ``\2``', line) for line in lines]
+    lines[:] = [re.sub(r'^(:vartype \w+:|:type:) (.*)', r'\1 ``\2``', line) for line in lines]
 
 
 def setup(app):

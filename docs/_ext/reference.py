@@ -84,8 +84,8 @@ def _usage(parameter: Any, kind: Any) -> str:
     if parameter.param_type_name == 'argument':
         return f'`{parameter.metavar or parameter.name.upper()}`'
     inner = {argument: word for argument, word in _WORDS.items() if argument.__name__ in str(kind)}
-    value = ' ' + next(iter(inner.values())) if inner else ''
-    return ', '.join(f'`{name}{value}`' for name in parameter.opts)
+    value = parameter.metavar or next(iter(inner.values()), '')
+    return ', '.join(f'`{_cell(f"{name} {value}")}`' for name in parameter.opts)
 
 
 def _group(row: Parameter) -> str:
