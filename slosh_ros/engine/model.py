@@ -4,6 +4,15 @@ What is constant while the fills are: from motion to the modes, and from the mod
 All of it is linear in the motion of the sensor if the squares and products of its angular rate
 are taken for inputs of their own. So a sample costs a few products with small matrices, of all
 tanks at once.
+
+Effective gravity. Where the measured vertical specific force s_z takes the place of g, all
+frequencies change with its root, and stiffness, damping and pressure of the waves with them
+(THEORY 2.1): a leaning tank settles at the slope s_x/s_z, its moment is that of hydrostatics to
+second order in the slope, and heave acts parametrically. It is s_z of the sensor's point, along
+the z axis of each tank; angular and centripetal acceleration between sensor and tank are left
+out, so that nothing is differentiated. Over an interval its mean acts. The theory stays linear in
+the waves, its coefficients are those of a level surface, and gravity does not go through zero:
+below `LEAST_GRAVITY` the waves move as under that, and a warning is counted.
 """
 
 from __future__ import annotations

@@ -106,11 +106,6 @@ class ModalIntegrator:
         """Frequencies of the damped modes omega_d [rad/s], shape (n,)."""
         return self._damped
 
-    @property
-    def envelope(self) -> Array:
-        """Amplitudes that the modes would keep without damping and input [m], shape (n,)."""
-        return np.asarray(np.abs(self.wave) / self._damped)
-
     def drive_of(self, force: ComplexArray | Array, carried: ComplexArray | Array) -> ComplexArray:
         """Return what drives the amplitude, `force + s carried`, per whatever the columns are."""
         pole = self._pole.reshape(-1, *(1,) * (force.ndim - 1))
