@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import random
 import re
 
 import numpy as np
@@ -13,6 +14,7 @@ pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
 from conduct_rig import START, STEP, TANK, Conversation, conversation, drive, lively
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.serialization import serialize_message
 from ros_rig import imu
 from sensor_msgs.msg import Imu
 from test_conduct_fuzz import Adversary
@@ -183,3 +185,24 @@ def test_ten_thousand_messages_of_an_adversary(talk):
     assert answers == expected
     assert talk.tell(BEGIN) == talk.as_if([message for message, _ in BEGIN])  # alive and well
     assert talk.counted() == {v.value: n for v, n in talk.expected.items()}
+
+
+def test_bytes_that_are_no_message_leave_no_trace(talk):
+    """A publisher may send what it likes: cut short, lengths that lie, any bytes."""
+    whole = serialize_message(lively(NEXT - STEP // 2, 0.045))
+    dice = random.Random(3)
+    bad = [whole[:n] for n in range(4, len(whole), 7)]  # DDS itself needs four bytes
+    bad += [whole[:12] + dice.randbytes(4) + whole[16:] for _ in range(20)]  # length of frame_id
+    bad += [whole[:4] + dice.randbytes(n) for n in range(0, 400, 20)]
+    bad.append(whole.replace(b'imu_link', b'\xff' * 8))  # no text
+    talk.tell(BEGIN)
+    for number in range(0, len(bad), 20):
+        for content in bad[number : number + 20]:
+            talk.driver.publisher.publish(content)
+        talk.driver.spin_for(0.05)
+    case = [*BEGIN, AFTER]
+    assert talk.tell(case) == talk.as_if([message for message, _ in case])
+    report = talk.next_report()
+    counts = {v.key: v.value for v in report.values}
+    assert int(counts['rejected: bytes that are no sensor_msgs/msg/Imu']) > len(bad) / 2
+    assert 'Traceback' not in talk.node.output

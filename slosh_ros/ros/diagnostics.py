@@ -12,6 +12,7 @@ from slosh_ros.modal.validity import UNMOVED, Trust
 from slosh_ros.ros.motion_input import MotionInput
 from slosh_ros.ros.news import ERROR, INFO, WARNING
 
+UNREADABLE = 'rejected: bytes that are no sensor_msgs/msg/Imu'
 DISABLED = 'not used: disabled by ~/set_enabled'
 UNMOUNTED = 'not used: TF has not told the pose of its frame_id in base_link'
 RUNNING = 'running'
@@ -123,6 +124,8 @@ class Watch:
         if news[UNMOUNTED]:
             text = f'samples on {topic} are {UNMOUNTED}; publish it, or give imu.xyz and imu.rpy'
             return Finding(warn, UNMOUNTED, text)
+        if count := news[UNREADABLE]:
+            return Finding(warn, UNREADABLE, f'{count} messages on {topic} {UNREADABLE}')
         if not samples:
             hint = self._motion.hint()
             why = f'; {hint}' if hint else ''

@@ -18,7 +18,7 @@ from slosh_ros.engine.cdr import imu_reading
 from slosh_ros.engine.convert import IMU, TWIST, TWIST_STAMPED, ImuReading, input_type
 from slosh_ros.engine.parameters import resolved
 from slosh_ros.ros.calibration import CalibrationService
-from slosh_ros.ros.diagnostics import DISABLED, SEVERITY, UNMOUNTED, Watch
+from slosh_ros.ros.diagnostics import DISABLED, SEVERITY, UNMOUNTED, UNREADABLE, Watch
 from slosh_ros.ros.fill import FillInput
 from slosh_ros.ros.latched import Latched
 from slosh_ros.ros.motion_input import MotionInput
@@ -78,8 +78,12 @@ class SloshNode(Node):
 
     def _on_imu(self, raw: bytes) -> None:
         reading = imu_reading(raw)
-        if reading is None:  # big-endian, say: what rclpy cannot read it does not deliver
-            reading = ImuReading.of(deserialize_message(raw, Imu))
+        if reading is None:  # big-endian, say
+            try:
+                reading = ImuReading.of(deserialize_message(raw, Imu))
+            except (RuntimeError, UnicodeDecodeError):  # any bytes may come
+                self._watch.refuse(UNREADABLE)
+                return
         if self._mounting is None or self._mount(self._mounting, reading.frame):
             self._on_motion(reading, 0)
 
