@@ -13,7 +13,11 @@ from wetted import wetted
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
-from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
+from slosh_ros.hydro.volume import (
+    VolumeResolution,
+    full_volume_coefficients,
+    volume_coefficients,
+)
 from slosh_ros.tank import Capsule, cylinder_x, sphere
 from slosh_ros.tank.surface import LiquidSurface
 
@@ -121,7 +125,8 @@ def test_sphere(fill: float, kappa_radius: list[float]) -> None:
     assert c.omega[::2] == pytest.approx(c.omega[1::2], rel=1e-5)
     surge = c.coupling[::2]
     pivot = 1.2 - depth - GRAVITY / c.omega[::2] ** 2
-    assert surge[:, 4] == pytest.approx(surge[:, 0] * pivot, rel=5e-4)
+    error = np.abs(surge[:, 4] - surge[:, 0] * pivot)
+    assert np.all(error < 5e-4 * 1.2 * np.abs(surge[:, 0]))
 
 
 def test_heads_between_shorter_and_longer_flat_ends() -> None:
@@ -144,7 +149,7 @@ def test_full_tanks_turn_by_stokes_and_joukowski() -> None:
     """No modes; a sphere moves with its centre, a box as by its section."""
     ball, case = sphere(1.2), box(3.0, 2.0, 1.6)
     for tank, whole in ((ball, ball), (case, case.tank)):
-        c = volume_coefficients(tank, tank.height, 850.0, 4, ROUGH)
+        c = full_volume_coefficients(tank, tank.height, 850.0, ROUGH)
         exact = coefficients_of(whole, tank.height, 850.0, 4)
         assert c.names == ()
         assert c.inertia_stokes_joukowski == pytest.approx(

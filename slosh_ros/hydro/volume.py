@@ -50,17 +50,12 @@ _MIXING = 0.01  # difference of kappa below which modes may mix in one grid and 
 _DEGENERATE = 1e-3  # difference of kappa below which modes are a pair of a body of revolution
 _LEFT = 0.1  # share of the error of flat triangles that may be left when it is extrapolated
 _CLOSED = 1e-6  # sum of area vectors, over that of areas
-_FULL = 12.0  # cells across the smallest extent of a full tank
 _EQUAL = 2e-5  # difference that is none, with surge first
 _SMALL = 0.01  # share of the liquid that is the scale for the errors of smaller couplings
 
 
 class FillableTank(Protocol):
     """A tank whose liquid can be had as a closed surface."""
-
-    @property
-    def height(self) -> float:
-        """Inner height [m]."""
 
     def filled(self, depth: float) -> LiquidAtRest:
         """Describe the liquid at rest."""
@@ -129,7 +124,7 @@ def volume_coefficients(
     tank : FillableTank
         The tank.
     depth : float
-        Depth of the liquid [m]; a full tank has no modes.
+        Depth of the liquid [m]; of a full tank see :func:`full_volume_coefficients`.
     density : float
         Density of the liquid [kg/m^3].
     modes : int
@@ -144,8 +139,6 @@ def volume_coefficients(
     """
     liquid = tank.filled(depth)
     problem = _Problem.of(tank, depth, liquid, resolution)
-    if depth == tank.height:
-        return _full(problem, liquid, density)
     free = FreeSurface.of(problem.outside.free)
     length, width = free.extent
     cell = problem.fitting(width / half_waves(modes, length, width) / resolution.cells)
@@ -218,10 +211,6 @@ class _Problem:
         cls, tank: FillableTank, depth: float, liquid: LiquidAtRest, resolution: VolumeResolution
     ) -> _Problem:
         parts = _surfaces(tank, depth, liquid, resolution.triangles)
-        if depth == tank.height:
-            parts = [
-                (weight, LiquidSurface(part.triangles, part.free[:0])) for weight, part in parts
-            ]
         outside = parts[0][1]
         areas = area_vectors(outside.triangles)
         if np.abs(areas.sum(axis=0)).max() > _CLOSED * np.linalg.norm(areas, axis=1).sum():
@@ -281,23 +270,6 @@ class _Problem:
             rotation_odd=np.array([family.odd for family in solved.families]),
             rotation=np.stack([family.rotation for family in solved.families], axis=1),
         )
-
-
-def _full(problem: _Problem, liquid: LiquidAtRest, density: float) -> ModalCoefficients:
-    """Coefficients, without modes, of a tank that is full, about O, its highest point."""
-    cell = float(np.ptp(problem.outside.wall.reshape(-1, 3), axis=0).min()) / _FULL
-    last = problem.solved(_FINER * cell, 0)
-    flat = problem.flat(last, _FINER * cell, 0)
-    last, error = problem.refined(last, cell, 0)
-    potentials = problem.potentials(last)
-    # Bernoulli's constant is that of O: splines add up to 1
-    level = potentials.stokes_joukowski(np.zeros((1, 3)))[0]
-    even = np.logical_not(np.any(potentials.rotation_odd, axis=1))
-    potentials = replace(potentials, rotation=potentials.rotation - level * even[:, np.newaxis])
-    return replace(
-        still_coefficients('volume', density, liquid, density * last.inertia, potentials),
-        error=error + flat,
-    )
 
 
 def full_volume_coefficients(

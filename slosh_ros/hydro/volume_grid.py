@@ -34,8 +34,6 @@ def grid_around(
         Of the splines.
     """
     corners, rim = (part.reshape(-1, 3) for part in (surface.triangles, surface.free))
-    if not len(rim):
-        rim = corners  # a full tank
     low, high = corners.min(axis=0), corners.max(axis=0)
     axes, leans = [], False
     for k in range(2):
