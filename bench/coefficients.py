@@ -1,7 +1,8 @@
 """
 What the coefficients of a tank cost, by route: time for one fill and how well it is converged.
 
-A new route is one row of CASES.
+A new route is one row of CASES. A second table shows how the route of any surface grows with the
+size of its problem, beside the section route for the same pipe.
 """
 
 from __future__ import annotations
@@ -20,7 +21,17 @@ from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.hydro.section import section_coefficients
 from slosh_ros.hydro.section_mesh import Resolution
 from slosh_ros.hydro.section_triangles import TriangleResolution
-from slosh_ros.tank import UniformTank, cylinder_x, ellipse_x, rounded_rectangle_x, section_x
+from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
+from slosh_ros.tank import (
+    Capsule,
+    LiquidAtRest,
+    UniformTank,
+    cylinder_x,
+    ellipse_x,
+    rounded_rectangle_x,
+    section_x,
+)
+from slosh_ros.tank.surface import LiquidSurface
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config' / 'modified_oval.yaml'
 MODES = 12
@@ -68,6 +79,54 @@ def _circle_of(corners: int) -> UniformTank:
     return section_x(points.ravel().tolist(), 6.0)
 
 
+class _Pipe(NamedTuple):
+    """A pipe with flat ends, as a surface of triangles: the route of any surface against it."""
+
+    tank: UniformTank
+
+    @property
+    def height(self) -> float:
+        return self.tank.height
+
+    def filled(self, depth: float) -> LiquidAtRest:
+        return self.tank.filled(depth)
+
+    def liquid_surface(self, depth: float, size: float) -> LiquidSurface:
+        radius, half = self.tank.height / 2.0, self.tank.length / 2.0
+        reach = np.arccos(1.0 - depth / radius)
+        angle = np.linspace(-reach, reach, 2 * int(np.ceil(reach * radius / size)) + 1)
+        y, z = radius * np.sin(angle), radius * (1.0 - np.cos(angle)) - depth
+        z[[0, -1]] = 0.0
+        x = np.linspace(half, -half, int(np.ceil(2.0 * half / size)) + 1)
+        net = np.stack(np.broadcast_arrays(x[:, None], y, z), axis=-1)
+        ends = [self._fan(net[0]), self._fan(net[-1])[:, ::-1]]
+        return LiquidSurface(
+            np.concatenate([self._halves(net), *ends]), self._halves(net[:, [-1, 0]])
+        )
+
+    @staticmethod
+    def _halves(net: np.ndarray) -> np.ndarray:
+        a, b, c, d = net[:-1, :-1], net[1:, :-1], net[1:, 1:], net[:-1, 1:]
+        return np.concatenate(
+            [np.stack(t, axis=-2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))]
+        )
+
+    @staticmethod
+    def _fan(outline: np.ndarray) -> np.ndarray:
+        middle = np.broadcast_to(outline.mean(axis=0), outline.shape)
+        return np.stack([middle, outline, np.roll(outline, -1, axis=0)], axis=1)
+
+
+def _volume(name: str, tank: _Pipe | Capsule, resolution: VolumeResolution) -> Case:
+    fine = VolumeResolution(resolution.cells * 1.3, triangles=4 * resolution.triangles)
+
+    def solve(fill: float, chosen: VolumeResolution = resolution) -> ModalCoefficients:
+        whole = tank.tank if isinstance(tank, _Pipe) else tank
+        return volume_coefficients(tank, whole.depth(fill), DENSITY, MODES, chosen)
+
+    return Case(name, solve, lambda fill: solve(fill, fine))
+
+
 OVAL = SloshConfig.from_file(CONFIG).tanks[0].tank
 CASES = (
     _section('splines: circle', cylinder_x(1.1, 6.0), FINE_SPLINES),
@@ -78,13 +137,53 @@ CASES = (
     _section('triangles: sump, not symmetric', section_x(SUMP, 6.0), FINE_TRIANGLES),
     _section('triangles: circle, 32 corners', _circle_of(32), FINE_TRIANGLES),
     _section('triangles: circle, 256 corners', _circle_of(256), FINE_TRIANGLES),
+    _volume('any surface: heads', cylinder_x(1.1, 6.0, 0.5), VolumeResolution()),
 )
+PIPE = cylinder_x(1.1, 6.0)
+SIZES = (1000, 4000, 16000, 64000)  # triangles
 
 
 def _timed(solve: Callable[[float], ModalCoefficients], fill: float) -> float:
     began = time.perf_counter()
     solve(fill)
     return time.perf_counter() - began
+
+
+def growth(console: Console) -> None:
+    """Print time and error of any surface by its size, and of the section route for the pipe."""
+    depth, pipe = PIPE.depth(0.5), _Pipe(PIPE)
+    exact = section_coefficients(PIPE, depth, DENSITY, MODES, FINE_SPLINES)
+    table = Table('pipe, half full', 'triangles', 'best [s]', 'error in omega', 'estimated')
+
+    def row(name: str, size: str, solve: Callable[[], ModalCoefficients]) -> tuple[float, float]:
+        best = min(_timed(lambda _: solve(), 0.5) for _ in range(REPEATS))
+        found = solve()
+        error = float(np.abs(found.omega / exact.omega - 1.0).max())
+        estimate = '' if found.error is None else f'{found.error:.0e}'
+        table.add_row(name, size, f'{best:.3f}', f'{error:.0e}', estimate)
+        return best, error
+
+    cost = {
+        size: row(
+            'any surface', f'{size}',
+            lambda size=size: volume_coefficients(
+                pipe, depth, DENSITY, MODES, VolumeResolution(triangles=size)
+            ),
+        )
+        for size in SIZES
+    }  # fmt: skip
+    quick, error = row(
+        'section',
+        '',
+        lambda: section_coefficients(PIPE, depth, DENSITY, MODES, Resolution(6, 4, 6)),
+    )
+    row('section, default', '', lambda: section_coefficients(PIPE, depth, DENSITY, MODES))
+    console.print(table)
+    for size, (time_taken, other) in cost.items():
+        console.print(
+            f'{size} triangles, error {other:.0e}: {time_taken / quick:.0f} times the time of the '
+            f'section route with an error of {error:.0e}'
+        )
 
 
 def main() -> list[dict[str, object]]:
@@ -105,7 +204,9 @@ def main() -> list[dict[str, object]]:
                 'case': case.name, 'fill': fill, 'modes': len(found.names), 'first_s': first,
                 'best_s': best, 'omega_error': error,
             })  # fmt: skip
-    Console(width=100).print(table)
+    console = Console(width=100)
+    console.print(table)
+    growth(console)
     return rows
 
 

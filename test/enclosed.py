@@ -21,6 +21,10 @@ class Enclosed:
     tank: Tank
     surface: Callable[[float, float], LiquidSurface]
 
+    @property
+    def height(self) -> float:
+        return self.tank.height
+
     def filled(self, depth: float) -> LiquidAtRest:
         return self.tank.filled(depth)
 

@@ -23,6 +23,7 @@ from slosh_ros.hydro.section import half_waves
 from slosh_ros.hydro.volume_grid import grid_around
 from slosh_ros.hydro.volume_modes import (
     Family,
+    Parity,
     SplinePotentials,
     closed_families,
     families,
@@ -32,7 +33,7 @@ from slosh_ros.hydro.volume_modes import (
 from slosh_ros.hydro.volume_pieces import cut, points_on
 from slosh_ros.hydro.volume_splines import Axis, forms
 from slosh_ros.hydro.volume_surface import FreeSurface
-from slosh_ros.tank.surface import LiquidSurface, area_vectors, solid_moments, surface_moments
+from slosh_ros.tank.surface import LiquidSurface, area_vectors, solid_moments
 from slosh_ros.tank.uniform import LiquidAtRest
 
 # A mode couples if its share lambda^2/mu of the mass, or of a moment of inertia, of the frozen
@@ -48,7 +49,7 @@ _LARGEST = 4500  # functions of a grid; the cost goes with the third power
 _MIXING = 0.01  # difference of kappa below which modes may mix in one grid and not in another
 _DEGENERATE = 1e-3  # difference of kappa below which modes are a pair of a body of revolution
 _LEFT = 0.1  # share of the error of flat triangles that may be left when it is extrapolated
-_CLOSED = 1e-6  # sum of area vectors over the free surface
+_CLOSED = 1e-6  # sum of area vectors, over that of areas
 _EQUAL = 2e-5  # difference that is none, with surge first
 _SMALL = 0.01  # share of the liquid that is the scale for the errors of smaller couplings
 
@@ -96,9 +97,6 @@ class _Mode:
     odd: tuple[bool, bool]
 
 
-_Parts = Sequence[tuple[float, LiquidSurface]]  # surfaces and their weights
-
-
 class _Solved(NamedTuple):
     """What came of one grid."""
 
@@ -126,7 +124,7 @@ def volume_coefficients(
     tank : FillableTank
         The tank.
     depth : float
-        Depth of the liquid [m].
+        Depth of the liquid [m]; of a full tank see :func:`full_volume_coefficients`.
     density : float
         Density of the liquid [kg/m^3].
     modes : int
@@ -137,71 +135,40 @@ def volume_coefficients(
     Raises
     ------
     InputError
-        If the liquid is not one pool, or its surface not closed.
+        If the liquid is not one pool, its surface not closed, or the modes too many.
     """
     liquid = tank.filled(depth)
-    parts = _surfaces(tank, depth, liquid, resolution.triangles)
-    whole_surface = parts[0][1]
-    gap = np.linalg.norm(area_vectors(whole_surface.triangles).sum(axis=0))
-    if gap > _CLOSED * surface_moments(whole_surface.free).whole:
-        raise InputError('the surface of the liquid is not closed, or not all turned outwards')
-    symmetric = symmetries(whole_surface)
-    free = FreeSurface.of(whole_surface.free)
-    parts = [(weight, folded(surface, symmetric)) for weight, surface in parts]
-    surface = parts[0][1]
-    whole = np.array([liquid.volume, liquid.volume, np.inf, *np.diag(liquid.inertia)])
-
-    def grid(cell: float) -> tuple[Axis, Axis, Axis]:
-        return grid_around(surface, symmetric, cell, resolution.degree)
-
-    def solved(cell: float, parts: _Parts = parts) -> _Solved:
-        axes = grid(cell)
-        found = families(forms(parts, axes), symmetric)
-        kept = _coupling(found, whole, modes)
-        return _Solved(axes, found, kept, sum((f.inertia for f in found), np.zeros((3, 3))))
-
-    def fitting(cell: float) -> float:
-        while np.prod([axis.functions for axis in grid(cell)]) > _LARGEST:
-            cell *= 1.1
-        return cell
-
+    problem = _Problem.of(tank, depth, liquid, resolution)
+    free = FreeSurface.of(problem.outside.free)
     length, width = free.extent
-    cell = fitting(width / half_waves(modes, length, width) / resolution.cells)
-    last = solved(_FINER * cell)
-    # what extrapolation may leave of the error of flat triangles
-    flat = 0.0
-    if len(parts) > 1:
-        flat = _LEFT * _difference(solved(_FINER * cell, [(1.0, surface)]), last, whole)
-    highest = last.modes[-1].kappa
-    wave = max(highest, np.sqrt(highest / liquid.depth))  # deep, shallow
-    cell = fitting(min(cell, np.pi / wave / resolution.cells))
-    for _ in range(_GRIDS - 1):
-        before, last = last, solved(cell)
-        error = _difference(before, last, whole) + flat
-        cell /= _FINER
-        if error < _TARGET or fitting(cell) > cell:
-            break
-    potentials = SplinePotentials(
-        axes=last.axes,
-        symmetric=symmetric,
-        odd=np.array([mode.odd for mode in last.modes]),
-        psi=np.stack([mode.psi for mode in last.modes], axis=-1),
-        rotation_odd=np.array([family.odd for family in last.families]),
-        rotation=np.stack([family.rotation for family in last.families], axis=1),
-    )
-    friction = _wall_friction(parts[-1][1].wall, potentials)
+    cell = problem.fitting(width / half_waves(modes, length, width) / resolution.cells)
+    last = problem.solved(_FINER * cell, modes)
+    flat = problem.flat(last, _FINER * cell, modes)
+    if last.modes:
+        highest = last.modes[-1].kappa
+        wave = max(highest, np.sqrt(highest / liquid.depth))  # deep, shallow
+        cell = problem.fitting(min(cell, np.pi / wave / resolution.cells))
+    last, error = problem.refined(last, cell, modes)
+    if len(last.modes) < modes:
+        raise InputError(
+            f'only {len(last.modes)} modes of this liquid can be resolved, not {modes}; '
+            'ask for fewer'
+        )
+    potentials = problem.potentials(last)
+    friction = _wall_friction(problem.parts[-1][1].wall, potentials)
     shapes = potentials.modes(np.pad(free.points, ((0, 0), (0, 1))))
     scale = 1.0 / np.abs(shapes).max(axis=0)
     scale *= free.signs(shapes * scale)
     kappa = np.array([mode.kappa for mode in last.modes])
     coupling = np.array([mode.coupling for mode in last.modes])
-    share = (coupling**2 / whole)[:, [0, 1, 5]]
+    share = (coupling**2 / problem.whole)[:, [0, 1, 5]]
     alike = np.stack([share.argmax(axis=1) != k for k in (1, 0)], axis=-1)
+    odd = np.where(problem.symmetric, potentials.odd, alike)
     return ModalCoefficients(
         route='volume',
         density=density,
         liquid=liquid,
-        names=free.names(shapes, np.where(symmetric, potentials.odd, alike), symmetric),
+        names=free.names(shapes, odd, problem.symmetric),
         omega=np.sqrt(GRAVITY * kappa),
         mu=density * scale**2 / kappa,  # eq (10)
         coupling=density * scale[:, np.newaxis] * coupling,
@@ -210,8 +177,99 @@ def volume_coefficients(
         surface_points=free.points[free.sparse],
         surface_shapes=(shapes * scale)[free.sparse],
         potentials=replace(potentials, psi=potentials.psi * scale),
-        error=error,
+        error=error + flat,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """
+    A liquid to be solved for on grids of any fineness.
+
+    Attributes
+    ----------
+    parts : sequence of (float, LiquidSurface)
+        Surfaces and their weights, folded where they are symmetric.
+    outside : LiquidSurface
+        The first of them as it is.
+    symmetric : tuple of bool
+        Whether it is folded at x = 0, and at y = 0.
+    whole : array, shape (6,)
+        Volume [m^3] and inertia [m^5] of which the couplings are shares.
+    degree : int
+        Of the splines.
+    """
+
+    parts: Sequence[tuple[float, LiquidSurface]]
+    outside: LiquidSurface
+    symmetric: Parity
+    whole: Array
+    degree: int
+
+    @classmethod
+    def of(
+        cls, tank: FillableTank, depth: float, liquid: LiquidAtRest, resolution: VolumeResolution
+    ) -> _Problem:
+        parts = _surfaces(tank, depth, liquid, resolution.triangles)
+        outside = parts[0][1]
+        areas = area_vectors(outside.triangles)
+        if np.abs(areas.sum(axis=0)).max() > _CLOSED * np.linalg.norm(areas, axis=1).sum():
+            raise InputError('the surface of the liquid is not closed, or not all turned outwards')
+        symmetric = symmetries(outside)
+        whole = np.array([liquid.volume, liquid.volume, np.inf, *np.diag(liquid.inertia)])
+        return cls(
+            parts=[(weight, folded(surface, symmetric)) for weight, surface in parts],
+            outside=outside,
+            symmetric=symmetric,
+            whole=whole,
+            degree=resolution.degree,
+        )
+
+    def grid(self, cell: float) -> tuple[Axis, Axis, Axis]:
+        """Grid for waves that need cells of a size [m]."""
+        return grid_around(self.parts[0][1], self.symmetric, cell, self.degree)
+
+    def fitting(self, cell: float) -> float:
+        """Size of cells [m], or of larger ones, of which there are not too many."""
+        while np.prod([axis.functions for axis in self.grid(cell)]) > _LARGEST:
+            cell *= 1.1
+        return cell
+
+    def solved(self, cell: float, modes: int) -> _Solved:
+        """Solve for the lowest modes on a grid."""
+        axes = self.grid(cell)
+        found = families(forms(self.parts, axes), self.symmetric)
+        inertia = sum((family.inertia for family in found), np.zeros((3, 3)))
+        return _Solved(axes, found, _coupling(found, self.whole, modes), inertia)
+
+    def flat(self, solved: _Solved, cell: float, modes: int) -> float:
+        """Error that extrapolation may leave of that of flat triangles on a smooth wall."""
+        if len(self.parts) == 1:
+            return 0.0
+        finer_alone = replace(self, parts=[(1.0, self.parts[0][1])])
+        return _LEFT * _difference(finer_alone.solved(cell, modes), solved, self.whole)
+
+    def refined(self, last: _Solved, cell: float, modes: int) -> tuple[_Solved, float]:
+        """Solve on finer grids until two of them agree, and tell by how much they do."""
+        for _ in range(_GRIDS - 1):
+            before, last = last, self.solved(cell, modes)
+            error = _difference(before, last, self.whole)
+            cell /= _FINER
+            if error < _TARGET or self.fitting(cell) > cell:
+                break
+        return last, error
+
+    def potentials(self, solved: _Solved) -> SplinePotentials:
+        """Potentials of the modes, not yet scaled, and of rotation."""
+        count = int(np.prod([axis.functions for axis in solved.axes]))
+        return SplinePotentials(
+            axes=solved.axes,
+            symmetric=self.symmetric,
+            odd=np.array([mode.odd for mode in solved.modes], dtype=bool).reshape(-1, 2),
+            psi=np.array([mode.psi for mode in solved.modes]).reshape(-1, count).T,
+            rotation_odd=np.array([family.odd for family in solved.families]),
+            rotation=np.stack([family.rotation for family in solved.families], axis=1),
+        )
 
 
 def full_volume_coefficients(
@@ -279,7 +337,9 @@ def _wall_friction(wall: Array, potentials: SplinePotentials) -> Array:
     return np.asarray(areas.ravel() @ speeds)
 
 
-def _surfaces(tank: FillableTank, depth: float, liquid: LiquidAtRest, triangles: int) -> _Parts:
+def _surfaces(
+    tank: FillableTank, depth: float, liquid: LiquidAtRest, triangles: int
+) -> list[tuple[float, LiquidSurface]]:
     """Surfaces of the liquid and their weights: of a smooth tank two sizes, the finer first."""
     rough = tank.liquid_surface(depth, liquid.volume ** (1.0 / 3.0) / 8.0)
     area = float(np.linalg.norm(area_vectors(rough.triangles), axis=1).sum())

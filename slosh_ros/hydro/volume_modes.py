@@ -97,7 +97,7 @@ def _family(forms: Forms, odd: Parity, couples: NDArray[np.bool_]) -> Family:
     among = np.concatenate([below, above])
     on_top = np.flatnonzero(wanted[..., -1])
     inner = len(below)
-    if not inner or not len(above):
+    if not len(among):
         raise InputError('the surface of the liquid is not turned outwards')
 
     # all splines to the same energy in the whole box
@@ -105,28 +105,19 @@ def _family(forms: Forms, odd: Parity, couples: NDArray[np.bool_]) -> Family:
     stiffness = forms.stiffness[np.ix_(among, among)] * size[:, np.newaxis] * size
     surface = forms.surface[np.ix_(on_top, on_top)] * size[inner:, np.newaxis] * size[inner:]
     level = forms.surface_one[on_top] * size[inner:]
-    if not any(odd):
+    area, height = float(forms.surface_one.sum()), float(np.ptp(forms.axes[2].breaks))
+    if not any(odd) and area > 0.0:
         # modes have no mean over the free surface and do not feel this; the constant does
-        area = float(forms.surface_one.sum())
-        height = float(np.ptp(forms.axes[2].breaks))
         stiffness[inner:, inner:] += _CONSTANT / (height * area) * np.outer(level, level)
     lower, medium = _cholesky(stiffness)
 
-    top_lower = lower[inner:, inner:]
-    half = solve_triangular(top_lower, surface, lower=True, check_finite=False)
-    response = solve_triangular(top_lower, half.T, lower=True, check_finite=False)
-    values, vectors = eigh((response + response.T) / 2.0)
-    good = np.flatnonzero(values > _SMOOTH * values[-1])[::-1]
-    kappa = 1.0 / values[good]
+    kappa, found = np.zeros(0), np.zeros((len(among), 0))
+    if area > 0.0:
+        kappa, found = _steklov(lower, surface)
+        if np.sum(found[:, 0] ** 2) * medium > _TIED * kappa[0]:
+            raise InputError('the liquid is not one pool, but several that do not touch')
     psi = np.zeros((forms.stiffness.shape[0], len(kappa)))
-    crest = solve_triangular(top_lower.T, vectors[:, good], check_finite=False) * np.sqrt(kappa)
-    depth = solve_triangular(
-        lower[:inner, :inner].T, -lower[inner:, :inner].T @ crest, check_finite=False
-    )
-    psi[among] = np.concatenate([depth, crest])
-    if np.sum(psi[:, 0] ** 2) * medium > _TIED * kappa[0]:
-        raise InputError('the liquid is not one pool, but several that do not touch')
-    psi[among] *= size[:, np.newaxis]
+    psi[among] = found * size[:, np.newaxis]
 
     pushes = np.where(couples[:, np.newaxis], forms.pushes[:, among], 0.0)
     turning = solve_triangular(lower, (pushes[3:] * size).T, lower=True, check_finite=False)
@@ -189,6 +180,26 @@ def closed_families(forms: Forms, symmetric: Parity) -> list[Family]:
             )
         )
     return found
+
+
+def _steklov(lower: Array, surface: Array) -> tuple[Array, Array]:
+    """
+    Solve L L^T psi = kappa S psi, of which only the last splines know the free surface.
+
+    Returns kappa, rising, and psi by columns, with psi^T S psi = 1.
+    """
+    inner = len(lower) - len(surface)
+    top_lower = lower[inner:, inner:]
+    half = solve_triangular(top_lower, surface, lower=True, check_finite=False)
+    response = solve_triangular(top_lower, half.T, lower=True, check_finite=False)
+    values, vectors = eigh((response + response.T) / 2.0)
+    good = np.flatnonzero(values > _SMOOTH * values[-1])[::-1]
+    kappa = 1.0 / values[good]
+    crest = solve_triangular(top_lower.T, vectors[:, good], check_finite=False) * np.sqrt(kappa)
+    depth = solve_triangular(
+        lower[:inner, :inner].T, -lower[inner:, :inner].T @ crest, check_finite=False
+    )
+    return kappa, np.concatenate([depth, crest])
 
 
 def _cholesky(stiffness: Array) -> tuple[Array, float]:

@@ -293,7 +293,7 @@ def _moments(triangles: Array, axes: tuple[Axis, ...]) -> Array:
     total = np.zeros((*counts, *(degree + 1 for degree in degrees)))
     groups = np.lexsort([order, number])
     starts = np.flatnonzero(np.diff(number[groups] * 100 + order[groups], prepend=-1))
-    for group in np.split(groups, starts[1:]):
+    for group in np.split(groups, starts[1:]) if len(groups) else []:
         cell = np.unravel_index(number[group[0]], counts)
         places, weights = points_on(triangles[group], order[group[0]])
         values = [

@@ -161,8 +161,8 @@ def figure_3() -> Finding:
     return Finding(
         rows,
         text=(
-            f'Modes and boundary elements are damped by eq (36), epsilon = {cases.EPSILON}; the paper '
-            'does not state its own. It has 470 panels.',
+            f'Modes and boundary elements are damped by eq (36), epsilon = {cases.EPSILON}; the '
+            'paper does not state its own. It has 470 panels.',
             *_told(elements),
             _NO_CURVE,
         ),
