@@ -27,9 +27,11 @@ from slosh_ros.engine.convert import IMU, input_type
 from slosh_ros.engine.fill import LiveFill
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.hydro.added_mass_tank import AddedMassTank
 from slosh_ros.hydro.fill_table import FILL_RANGE
 from slosh_ros.monitor import RolloverMonitor
 from slosh_ros.parameters import names_node
+from slosh_ros.study import fits
 from slosh_ros.study.tables import summary, write_history
 from slosh_ros.study.tanks import liquids_of
 from slosh_ros.vehicle import (
@@ -456,7 +458,10 @@ def _print_sweep(
 
 
 def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
-    damping = tank.damping_ratio(c)
+    damping, source = tank.damping_of(c)
+    fit: dict[str, object] = (
+        {'fit': fits.as_json(tank.tank)} if isinstance(tank.tank, AddedMassTank) else {}
+    )
     return {
         'tank': tank.name,
         'route': c.route,
@@ -467,6 +472,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
         'centroid': c.liquid.centroid.tolist(),
         'inertia_frozen': c.inertia_frozen.tolist(),
         'inertia_stokes_joukowski': c.inertia_stokes_joukowski.tolist(),
+        'damping': source,
         'modes': [
             {
                 'name': name,
@@ -477,6 +483,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
             }
             for j, name in enumerate(c.names)
         ],
+        **fit,
     }
 
 
@@ -489,7 +496,7 @@ def _place(point: NDArray[np.float64]) -> str:
 
 
 def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
-    damping = tank.damping_ratio(c)
+    damping, source = tank.damping_of(c)
     liquid = c.liquid
     _out.print(
         f'[bold]{tank.name}[/]: {tank.tank.shape}, {liquid.fill_ratio:.1%} full, '
@@ -531,8 +538,30 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
     _out.print(table)
     surge, sway = (c.coupling[:, :2] ** 2 / c.mu[:, None]).sum(axis=0) / c.mass
     _out.print(
-        f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways'
+        f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways\n'
+        f'damping: {_plain(source)}'
     )
+    if isinstance(tank.tank, AddedMassTank):
+        _print_fit(tank.tank)
+
+
+def _print_fit(tank: AddedMassTank) -> None:
+    """Print what was read and fitted, with the standard errors of the fit."""
+    heads = ('omega [rad/s]', 'modal mass [kg, kg m^2]', 'lever from O [m]')
+    table = _table('fitted', *(h for head in heads for h in (head, '+-')))
+    for name, fitted, n in fits.rows(tank):
+        table.add_row(
+            name,
+            f'{fitted.omega[n]:.5f}',
+            f'{fitted.omega_error[n]:.1g}',
+            f'{fitted.modal_mass[n]:.6g}',
+            f'{fitted.modal_mass_error[n]:.1g}',
+            f'{fitted.lever[n]:.4f}' if fitted.lever[n] else '-',
+            f'{fitted.lever_error[n]:.1g}' if fitted.lever[n] else '-',
+        )
+    _out.print(table)
+    for line in fits.told(tank):
+        _out.print(_plain(line))
 
 
 def _print_replay(peaks: Peaks, engine: SloshEngine, topic: str, count: int) -> None:
