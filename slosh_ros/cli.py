@@ -32,6 +32,7 @@ from slosh_ros.hydro.fill_table import FILL_RANGE
 from slosh_ros.monitor import RolloverMonitor
 from slosh_ros.parameters import names_node
 from slosh_ros.study import fits
+from slosh_ros.study.compare import compare
 from slosh_ros.study.tables import summary, write_history
 from slosh_ros.study.tanks import liquids_of
 from slosh_ros.vehicle import (
@@ -91,6 +92,10 @@ def modes(
             metavar='R|A:B:N', help='Fill ratio in place of the one in CONFIG; or N from A to B.'
         ),
     ] = None,
+    side_by_side: Annotated[
+        bool,
+        typer.Option('--compare', help='Solve by every route that applies, side by side.'),
+    ] = False,
     as_json: Annotated[bool, typer.Option('--json', help='Print JSON.')] = False,
     plot: Annotated[
         Optional[Path],
@@ -101,10 +106,15 @@ def modes(
 ) -> None:
     """Print the modal coefficients of a tank, at one fill or over the fill."""
     chosen = _one_tank(SloshConfig.from_file(config), config, tank)
+    if side_by_side and ((fill is not None and ':' in fill) or plot is not None):
+        raise InputError('--compare is of one fill and draws nothing; leave out A:B:N and --plot')
     if fill is not None and ':' in fill:
         _sweep(chosen, _fills(fill), as_json, plot)
         return
     chosen = _with_fill(chosen, fill)
+    if side_by_side:
+        _compare(chosen, as_json)
+        return
     coefficients = chosen.coefficients()
     if as_json:
         print(json.dumps(_as_json(chosen, coefficients), indent=2))
@@ -485,6 +495,34 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
         ],
         **fit,
     }
+
+
+def _compare(tank: TankConfig, as_json: bool) -> None:
+    """Print what all routes give, and how far they are from the tank's own."""
+    try:
+        routes = compare(tank.tank, tank.depth, tank.density)
+    except InputError as error:
+        raise InputError(f'{tank.name}: {error}') from error
+    own, *others = routes
+    if as_json:
+        print(
+            json.dumps({'tank': tank.name, 'routes': [r.as_json(own) for r in routes]}, indent=2)
+        )
+        return
+    found = [route for route in routes if route.values]
+    values = _table(tank.name, *(route.name for route in found), 'unit')
+    apart = _table('difference [%]', *(route.name for route in found[1:]))
+    for quantity in own.values:
+        here = [route.values.get(quantity) for route in found]
+        values.add_row(
+            quantity.name, *('' if v is None else f'{v:.6g}' for v in here), quantity.unit
+        )
+        off = [route.differences(own).get(quantity) for route in found[1:]]
+        apart.add_row(quantity.name, *('' if d is None else f'{100.0 * d:+.3g}' for d in off))
+    _out.print(values)
+    _out.print(apart)
+    for route in others:
+        _out.print(_plain(route.verdict(own)))
 
 
 def _place(point: NDArray[np.float64]) -> str:

@@ -53,7 +53,6 @@ SPIKE = 3.0  # standard deviations beyond which a point tells no more about the 
 SMALLEST_SHARE = 1e-4  # of all modal masses of a family; a mode below it is not worth its state
 SMALL_SHARE, LONELY = 0.03, 0.01  # a small mode felt at one point a hundred times more is a spike
 FEW_STEPS, MANY_STEPS = 30, 80  # of least squares, to come near and to come home
-FINALISTS = 2  # of the trials to let a mode in or out that are optimised to the end
 SAME_WAY = 1e-3  # relative difference of modes from which least squares come home alike
 BEST_NOISE = 1e-5  # relative; no boundary element code is better than that
 ASYMMETRY = 0.01  # of the geometric mean of the diagonal entries
@@ -217,7 +216,7 @@ class _Fit:
             known = np.zeros((len(entries), 1))
             known[:2, 0] = at_rest
             trust = np.zeros_like(known)
-            trust[:2, 0] = 1.0 / np.maximum(np.abs(at_rest), FLOOR * np.median(modulus[:2], 1))
+            trust[:2, 0] = 1.0 / np.maximum(np.abs(at_rest), floor[:2, 0])
             self.x, self.omega = (np.append(0.0, a) for a in (self.x, self.omega))
             self.values = np.hstack([known, self.values])
             self.weight = np.hstack([trust, self.weight])
@@ -406,7 +405,8 @@ class _Fit:
                 trial = best.modes.copy()
                 trial[j, 0] = 0.5 * (self.omega[low] + self.omega[high])
                 trials.append(trial)
-        return self._better(trials, best, 1.0)
+        better = (self._better([trial], best, 1.0) for trial in trials)
+        return next((found for found in better if found is not None), None)
 
     def at_rest(self, solved: _Solved) -> tuple[float, float]:
         """A_push and A_cross of a fit at frequency 0; of yaw only the first."""
@@ -439,9 +439,9 @@ class _Fit:
         return self._better(trials, best, EVIDENCE)
 
     def _better(self, trials: list[Array], best: _Solved, by: float) -> _Solved | None:
-        """Bring the trials that look best from near home; return the best if it beats `best`."""
-        ways = sorted((self._near(trial) for trial in trials), key=lambda w: w[0].criterion)
-        solved = [s for s in map(self._home, ways[:FINALISTS]) if self._sound(s)]
+        """Optimise trials to the end; return the best if it beats `best` by so much."""
+        solved = [self._home(self._near(trial)) for trial in trials]
+        solved = [s for s in solved if self._sound(s)]
         top = min(solved, key=lambda s: s.criterion, default=best)
         return top if top.criterion < best.criterion - by else None
 

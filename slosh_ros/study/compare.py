@@ -21,11 +21,14 @@ from slosh_ros.hydro.fit import SURGE, SWAY, YAW, Family, added_mass_coefficient
 from slosh_ros.hydro.frequency import total_added_mass
 from slosh_ros.hydro.recipe import recipe_from_added_mass
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.tank import KnownLiquid, Rectangle, Tank, UniformTank
+from slosh_ros.hydro.volume import volume_coefficients
+from slosh_ros.study.enclosed import Enclosed
+from slosh_ros.tank import Capsule, KnownLiquid, MeshTank, Rectangle, Tank, UniformTank
 
 SMALLEST = 5e-3  # of the heaviest mode of a family; below it a mode is left out
 LOWEST = 2  # modes of each family that are compared
 MODES = 40  # that a route is asked for, so that the lowest of every family are among them
+FEW = 12  # that the 3-D route is asked for, which takes its time
 MANY = 120  # that make an added mass: as good as all
 POINTS = 60  # frequencies of an added mass
 PAPER_GRID = np.append(0.05 + 0.1 * np.arange(50), 50.0)  # [rad/s]; the last for infinity
@@ -67,6 +70,22 @@ class Route:
             quantity: value / reference.values[quantity] - 1.0
             for quantity, value in self.values.items()
             if reference.values.get(quantity)
+        }
+
+    def as_json(self, reference: Route) -> dict[str, object]:
+        """Return it for machines, with relative differences from another route."""
+        off = self.differences(reference)
+        return {
+            'name': self.name,
+            'absent': self.absent,
+            'values': {
+                quantity.name: {
+                    'value': value,
+                    'unit': quantity.unit,
+                    'difference': off.get(quantity),
+                }
+                for quantity, value in self.values.items()
+            },
         }
 
     def verdict(self, reference: Route) -> str:
@@ -146,7 +165,15 @@ def _others(tank: Tank, depth: float, density: float) -> Iterator[tuple[str, _So
             'section',
             lambda: values_of(section_coefficients(tank, depth, density, MODES)),
         )
-    many = coefficients_of(tank, depth, density, MANY)
+    enclosed = Enclosed.of(tank)
+    if enclosed is not None:
+        yield 'volume (3-D)', lambda: values_of(volume_coefficients(enclosed, depth, density, FEW))
+    if isinstance(tank, Capsule | MeshTank) and not (isinstance(tank, Capsule) and tank.is_sphere):
+        many = coefficients_of(tank, depth, density, MODES)  # by splines in 3-D: enough for a fit
+    else:
+        many = coefficients_of(tank, depth, density, MANY)
+    if isinstance(tank, Capsule) and tank.is_sphere:
+        yield 'volume (3-D)', lambda: values_of(volume_coefficients(tank, depth, density, FEW))
     yield 'added-mass fit', lambda: values_of(_fitted(many))
     yield "paper's recipe", lambda: _recipe(many)
     if abs(many.liquid.fill_ratio - 0.5) < HALF:
