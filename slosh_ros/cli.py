@@ -27,9 +27,12 @@ from slosh_ros.engine.convert import IMU, input_type
 from slosh_ros.engine.fill import LiveFill
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
+from slosh_ros.hydro.added_mass_tank import AddedMassTank
 from slosh_ros.hydro.fill_table import FILL_RANGE
 from slosh_ros.monitor import RolloverMonitor
 from slosh_ros.parameters import names_node
+from slosh_ros.study import fits
+from slosh_ros.study.compare import compare
 from slosh_ros.study.tables import summary, write_history
 from slosh_ros.study.tanks import liquids_of
 from slosh_ros.vehicle import (
@@ -89,6 +92,10 @@ def modes(
             metavar='R|A:B:N', help='Fill ratio in place of the one in CONFIG; or N from A to B.'
         ),
     ] = None,
+    side_by_side: Annotated[
+        bool,
+        typer.Option('--compare', help='Solve by every route that applies, side by side.'),
+    ] = False,
     as_json: Annotated[bool, typer.Option('--json', help='Print JSON.')] = False,
     plot: Annotated[
         Optional[Path],
@@ -99,10 +106,15 @@ def modes(
 ) -> None:
     """Print the modal coefficients of a tank, at one fill or over the fill."""
     chosen = _one_tank(SloshConfig.from_file(config), config, tank)
+    if side_by_side and ((fill is not None and ':' in fill) or plot is not None):
+        raise InputError('--compare is of one fill and draws nothing; leave out A:B:N and --plot')
     if fill is not None and ':' in fill:
         _sweep(chosen, _fills(fill), as_json, plot)
         return
     chosen = _with_fill(chosen, fill)
+    if side_by_side:
+        _compare(chosen, as_json)
+        return
     coefficients = chosen.coefficients()
     if as_json:
         print(json.dumps(_as_json(chosen, coefficients), indent=2))
@@ -456,7 +468,10 @@ def _print_sweep(
 
 
 def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
-    damping = tank.damping_ratio(c)
+    damping, source = tank.damping_of(c)
+    fit: dict[str, object] = (
+        {'fit': fits.as_json(tank.tank)} if isinstance(tank.tank, AddedMassTank) else {}
+    )
     return {
         'tank': tank.name,
         'route': c.route,
@@ -467,6 +482,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
         'centroid': c.liquid.centroid.tolist(),
         'inertia_frozen': c.inertia_frozen.tolist(),
         'inertia_stokes_joukowski': c.inertia_stokes_joukowski.tolist(),
+        'damping': source,
         'modes': [
             {
                 'name': name,
@@ -477,7 +493,36 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
             }
             for j, name in enumerate(c.names)
         ],
+        **fit,
     }
+
+
+def _compare(tank: TankConfig, as_json: bool) -> None:
+    """Print what all routes give, and how far they are from the tank's own."""
+    try:
+        routes = compare(tank.tank, tank.depth, tank.density)
+    except InputError as error:
+        raise InputError(f'{tank.name}: {error}') from error
+    own, *others = routes
+    if as_json:
+        print(
+            json.dumps({'tank': tank.name, 'routes': [r.as_json(own) for r in routes]}, indent=2)
+        )
+        return
+    found = [route for route in routes if route.values]
+    values = _table(tank.name, *(route.name for route in found), 'unit')
+    apart = _table('difference [%]', *(route.name for route in found[1:]))
+    for quantity in own.values:
+        here = [route.values.get(quantity) for route in found]
+        values.add_row(
+            quantity.name, *('' if v is None else f'{v:.6g}' for v in here), quantity.unit
+        )
+        off = [route.differences(own).get(quantity) for route in found[1:]]
+        apart.add_row(quantity.name, *('' if d is None else f'{100.0 * d:+.3g}' for d in off))
+    _out.print(values)
+    _out.print(apart)
+    for route in others:
+        _out.print(_plain(route.verdict(own)))
 
 
 def _place(point: NDArray[np.float64]) -> str:
@@ -489,7 +534,7 @@ def _place(point: NDArray[np.float64]) -> str:
 
 
 def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
-    damping = tank.damping_ratio(c)
+    damping, source = tank.damping_of(c)
     liquid = c.liquid
     _out.print(
         f'[bold]{tank.name}[/]: {tank.tank.shape}, {liquid.fill_ratio:.1%} full, '
@@ -531,8 +576,30 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
     _out.print(table)
     surge, sway = (c.coupling[:, :2] ** 2 / c.mu[:, None]).sum(axis=0) / c.mass
     _out.print(
-        f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways'
+        f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways\n'
+        f'damping: {_plain(source)}'
     )
+    if isinstance(tank.tank, AddedMassTank):
+        _print_fit(tank.tank)
+
+
+def _print_fit(tank: AddedMassTank) -> None:
+    """Print what was read and fitted, with the standard errors of the fit."""
+    heads = ('omega [rad/s]', 'modal mass [kg, kg m^2]', 'lever from O [m]')
+    table = _table('fitted', *(h for head in heads for h in (head, '+-')))
+    for name, fitted, n in fits.rows(tank):
+        table.add_row(
+            name,
+            f'{fitted.omega[n]:.5f}',
+            f'{fitted.omega_error[n]:.1g}',
+            f'{fitted.modal_mass[n]:.6g}',
+            f'{fitted.modal_mass_error[n]:.1g}',
+            f'{fitted.lever[n]:.4f}' if fitted.lever[n] else '-',
+            f'{fitted.lever_error[n]:.1g}' if fitted.lever[n] else '-',
+        )
+    _out.print(table)
+    for line in fits.told(tank):
+        _out.print(_plain(line))
 
 
 def _print_replay(peaks: Peaks, engine: SloshEngine, topic: str, count: int) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,7 +37,7 @@ class Parameter:
     name : str
         Dotted name.
     kind : str
-        `bool`, `int`, `double`, `string`, `double[3]`, `double[]`, `string[]`, or
+        `bool`, `int`, `double`, `string`, `file`, `double[3]`, `double[]`, `string[]`, or
         `double | double[]`.
     default : Value or None
         None: has no default and may be left out, unless the shape asks for it.
@@ -111,7 +111,7 @@ class Parameter:
             return items
         if self.kind in ('double', 'double | double[]') and items is None:
             return self._double(value, unit)
-        if self.kind == 'string' and isinstance(value, str):
+        if self.kind in ('string', 'file') and isinstance(value, str):
             return value
         if self.kind == 'bool' and isinstance(value, bool):
             return value
@@ -135,6 +135,7 @@ _KINDS = {
     'int': 'an integer',
     'double': 'a number with a decimal point',
     'string': 'a text',
+    'file': 'the name of a file',
     'double[3]': 'a list of 3 numbers with decimal points',
     'string[]': 'a list of texts, at least one',
     'double[]': 'a list of numbers with decimal points',
@@ -268,6 +269,30 @@ def without_ros_own(parameters: Mapping[str, object]) -> dict[str, object]:
         for name, value in parameters.items()
         if name not in _ROS_OWN and not name.startswith('qos_overrides.')
     }
+
+
+def anchored(
+    rows: Iterable[Parameter], given: Mapping[str, object], folders: Sequence[Path]
+) -> dict[str, object]:
+    """
+    Let names of files be relative to the folder of the parameter file, not to that of the process.
+
+    Parameters
+    ----------
+    rows : iterable of Parameter
+        Those of kind `file` tell the last part of the names that are meant.
+    given : mapping
+        Values by dotted name.
+    folders : sequence of Path
+        Of the parameter files; the first that holds the file is meant.
+    """
+    files = {row.name.rpartition('.')[2] for row in rows if row.kind == 'file'}
+    found = dict(given)
+    for name, value in given.items():
+        if name.rpartition('.')[2] in files and isinstance(value, str) and value and folders:
+            places = [folder / value for folder in folders]
+            found[name] = str(next((p for p in places if p.exists()), places[0]))
+    return found
 
 
 def names_node(path: Path, node: str) -> bool:

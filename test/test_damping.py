@@ -105,5 +105,5 @@ def test_honey_is_refused(tmp_path):
     file = tmp_path / 'tank.yaml'
     file.write_text(GOOD + '      kinematic_viscosity: 0.5\n')
     refused(
-        ['modes', file], 'tank.kinematic_viscosity is 0.5 m^2/s', 'write the tank.damping_ratio'
+        ['modes', file], 'tank.kinematic_viscosity is 0.5 m^2/s', 'write the damping_ratio'
     )

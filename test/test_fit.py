@@ -24,7 +24,7 @@ from slosh_ros.hydro.fit import (
 from slosh_ros.hydro.frequency import rectangular_wall_ratio, total_added_mass
 from slosh_ros.hydro.recipe import recipe_from_added_mass, recipe_mode
 from slosh_ros.hydro.rectangular import rectangular_coefficients
-from slosh_ros.tank import rectangular
+from slosh_ros.tank import cylinder_x, rectangular
 from slosh_ros.tank.upright import cylinder_z
 
 Array = NDArray[np.float64]
@@ -326,3 +326,33 @@ def test_cosine_and_plane_give_the_same_force() -> None:
         linear.push * linear.turn / linear.mu, rel=1e-14
     )
     assert cosine.push != pytest.approx(linear.push, rel=0.1)
+
+
+# --- entries that vanish ---------------------------------------------------------------------
+
+
+def test_a_cylinder_rolls_about_its_axis_without_a_moment() -> None:
+    """Half full, O lies on the axis: A_24 and A_44 are rounding, and must not steer the fit."""
+    exact = coefficients_of(cylinder_x(1.2, 5.75), 1.2, DENSITY, 40)
+    omega = np.arange(0.15, 5.5, 0.15)
+    matrix = total_added_mass(exact, omega)
+    assert np.abs(matrix[:, 1, 3]).max() < 1e-6 * np.abs(matrix[:, 1, 1]).max()
+    known = (exact.mass, 0.0)  # m z_c + rho I_yy = 0: the metacentre is on the axis, too
+    fitted = fit_family(AddedMass(omega, matrix, DENSITY, np.zeros(3)), SWAY, known)
+    j = exact.names.index('y1')
+    assert fitted.omega[0] == pytest.approx(exact.omega[j], rel=1e-5)
+    mass = exact.coupling[j, 1] ** 2 / exact.mu[j]
+    assert fitted.modal_mass[0] == pytest.approx(mass, rel=1e-3)
+    # every mode hangs g/omega^2 below the axis
+    assert fitted.lever[0] == pytest.approx(GRAVITY / exact.omega[j] ** 2, rel=1e-3)
+    assert fitted.constants[2] == pytest.approx(exact.inertia_stokes_joukowski[0, 0], rel=5e-3)
+
+
+def test_a_liquid_that_is_too_light_alike_everywhere_keeps_its_modes() -> None:
+    """Panels cut 2 % off a tank: its true mass, which the data belie, must not tear modes."""
+    light = replace(data(), matrix=0.98 * data().matrix)
+    known = (AT_REST[1, 1], AT_REST[1, 3])
+    fitted = fit_family(light, SWAY, known)
+    omega, mass, _ = truth(SWAY)
+    assert fitted.omega == pytest.approx(omega, rel=1e-4)
+    assert fitted.modal_mass == pytest.approx(0.98 * mass, rel=2e-3)

@@ -12,19 +12,18 @@ from numpy.typing import NDArray
 
 from slosh_ros.engine.gate import GatePolicy
 from slosh_ros.engine.kinematics import Pose
-from slosh_ros.engine.parameters import resolved
+from slosh_ros.engine.parameters import PARAMETERS, resolved
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.engine.shapes import tank_of
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
+from slosh_ros.hydro.damping import Damping, RingBaffles, viscous_damping, with_rings
 from slosh_ros.hydro.fill_table import FILL_RANGE
-from slosh_ros.parameters import Values, read_parameter_file
-from slosh_ros.tank import LiquidAtRest, Tank
+from slosh_ros.parameters import Values, anchored, read_parameter_file
+from slosh_ros.tank import KnownLiquid, LiquidAtRest, Tank
 
 Array = NDArray[np.float64]
 
-MAX_WALL_DAMPING = 0.1  # beyond it the boundary layers are not thin
-FILES = ('mesh_file',)  # parameters that name files
 ROUNDING = 1e-3  # [m] by which a point may lie outside the tank
 
 
@@ -47,10 +46,14 @@ class TankConfig:
         Of the liquid [kg/m^3].
     modes : int
         Number of modes.
-    damping : array, shape (n,) or (1,)
+    damping : array, shape (n,) or (1,), or None
         Damping ratio of each mode or of all, as configured.
     kinematic_viscosity : float or None
         Of the liquid [m^2/s], if the damping is to follow from it.
+    damping_formula : str
+        By which formula.
+    baffles : RingBaffles or None
+        Rings that add to it.
     pressure_points : dict
         Points of the tank whose pressure is wanted, by name, in the tank frame [m].
     """
@@ -61,8 +64,10 @@ class TankConfig:
     depth: float
     density: float
     modes: int
-    damping: Array
+    damping: Array | None
     kinematic_viscosity: float | None
+    damping_formula: str
+    baffles: RingBaffles | None
     pressure_points: dict[str, Array]
 
     def coefficients(self) -> ModalCoefficients:
@@ -94,18 +99,35 @@ class TankConfig:
 
     def damping_ratio(self, coefficients: ModalCoefficients) -> Array:
         """Damping ratio of every mode, shape (n,)."""
+        return self.damping_of(coefficients).ratio
+
+    def damping_of(self, coefficients: ModalCoefficients) -> Damping:
+        """
+        Damping ratio of every mode, and where it comes from.
+
+        Raises
+        ------
+        InputError
+            If the formula does not fit the tank; the message names the parameter.
+        """
+        if not len(coefficients.omega):
+            return Damping(np.zeros(0), 'none: nothing sloshes')
+        if self.damping is not None:
+            ratio = np.broadcast_to(self.damping, coefficients.omega.shape)
+            return Damping(ratio, 'damping_ratio of the configuration')
         if self.kinematic_viscosity is None:
-            if not len(coefficients.omega):
-                return np.zeros(0)
-            return np.broadcast_to(self.damping, coefficients.omega.shape)
-        ratio = coefficients.wall_damping_ratio(self.kinematic_viscosity)
-        if ratio.max(initial=0.0) > MAX_WALL_DAMPING:
-            raise InputError(
-                f'{self.name}.kinematic_viscosity is {self.kinematic_viscosity:g} m^2/s, for '
-                f'which thin boundary layers would damp by {ratio.max():.2g}; write the '
-                f'{self.name}.damping_ratio of so thick a liquid yourself'
-            )
-        return ratio
+            nothing = np.zeros(coefficients.omega.shape)
+            bare = Damping(nothing, 'none: an ideal liquid, for want of a kinematic_viscosity')
+        try:
+            if self.kinematic_viscosity is not None:
+                bare = viscous_damping(
+                    self.tank, coefficients, self.kinematic_viscosity, self.damping_formula
+                )
+            if self.baffles is not None:
+                bare = with_rings(self.tank, coefficients, bare, self.baffles)
+        except InputError as error:
+            raise InputError(f'{self.name}.{error}') from error
+        return bare
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,9 +214,7 @@ class SloshConfig:
         """
         try:
             given = read_parameter_file(path, 'slosh_node')
-            return cls.from_parameters(
-                {key: _beside(path, key, value) for key, value in given.items()}
-            )
+            return cls.from_parameters(anchored(PARAMETERS, given, [path.parent]))
         except InputError as error:
             raise InputError(f'{path}: {error}') from error
 
@@ -250,28 +270,24 @@ class SloshConfig:
         )
 
 
-def _beside(path: Path, key: str, value: object) -> object:
-    """Return the value, if it is the name of a file as seen from the folder of a given one."""
-    is_file = key.rpartition('.')[2] in FILES and isinstance(value, str) and value
-    return str(path.parent / str(value)) if is_file else value
-
-
 def _tank(p: Values, name: str, points: dict[str, str]) -> TankConfig:
     tank = tank_of(p, name)
-    depth = _depth(p, name, tank)
+    if isinstance(tank, KnownLiquid):
+        depth = _only_depth(p, name, tank, points)
+    else:
+        depth = _depth(p, name, tank)
     try:
         tank.filled(depth)
     except InputError as error:
         raise InputError(f'{name}: {error}') from error
     modes = int(p.number(f'{name}.modes'))
     damping_key, viscosity_key = f'{name}.damping_ratio', f'{name}.kinematic_viscosity'
-    damping = np.atleast_1d(p.vector(damping_key)) if damping_key in p else np.zeros(1)
-    if damping.size not in (1, modes):
+    damping = np.atleast_1d(p.vector(damping_key)) if damping_key in p else None
+    if damping is not None and damping.size not in (1, modes):
         raise InputError(
             f'{damping_key} has {damping.size} numbers for {modes} modes; '
             'give one for all or one for each'
         )
-    viscous = viscosity_key in p and damping_key not in p  # a number of the user's own comes first
     return TankConfig(
         name=name,
         pose=Pose.from_xyz_rpy(p.vector(f'{name}.xyz'), p.vector(f'{name}.rpy')),
@@ -280,11 +296,25 @@ def _tank(p: Values, name: str, points: dict[str, str]) -> TankConfig:
         density=p.number(f'{name}.density'),
         modes=modes,
         damping=damping,
-        kinematic_viscosity=p.number(viscosity_key) if viscous else None,
+        kinematic_viscosity=p.number(viscosity_key) if viscosity_key in p else None,
+        damping_formula=p.string(f'{name}.damping_formula'),
+        baffles=_baffles(p, name),
         pressure_points={
             point: _inside(tank, key, p.vector(key)) for point, key in points.items()
         },
     )
+
+
+def _baffles(p: Values, name: str) -> RingBaffles | None:
+    keys = [f'{name}.baffle_{part}' for part in ('width', 'heights', 'wave')]
+    given = [key for key in keys if key in p]
+    if not given:
+        return None
+    if len(given) < len(keys):
+        missing = next(key for key in keys if key not in p)
+        raise InputError(f'{given[0]} is given, but {missing} is missing; rings need all three')
+    width, heights, wave = keys
+    return RingBaffles(p.number(width), tuple(p.vector(heights)), p.number(wave))
 
 
 def _pressure_points(p: Values) -> dict[str, dict[str, str]]:
@@ -319,6 +349,21 @@ def _inside(tank: Tank, key: str, point: Array) -> Array:
             f'({", ".join(f"{c:.4g}" for c in nearest)}) m'
         )
     return nearest
+
+
+def _only_depth(p: Values, name: str, tank: KnownLiquid, points: dict[str, str]) -> float:
+    """Depth of a liquid that is known at one fill, without its walls and potentials."""
+    for key in (f'{name}.fill_ratio', f'{name}.fill_depth'):
+        if key in p:
+            raise InputError(
+                f'{key} is given, but the added mass of {name}.added_mass_file is that of one '
+                'fill; remove it'
+            )
+    for key in points.values():
+        raise InputError(
+            f'{key} is given, but added mass tells nothing of the pressure at a point; remove it'
+        )
+    return tank.liquid.depth
 
 
 def _depth(p: Values, name: str, tank: Tank) -> float:

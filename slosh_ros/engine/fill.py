@@ -178,7 +178,7 @@ class LiveFill:
         half = coefficients_of(config.tank, config.tank.depth(HALF), config.density, config.modes)
         if not names:
             return half.names
-        if config.damping.size > 1:
+        if config.damping is not None and config.damping.size > 1:
             return names  # one number a mode: there are none for more
         first = [
             half.names[int(np.flatnonzero(half.coupling[:, k])[0])]

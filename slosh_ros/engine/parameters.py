@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from slosh_ros.engine.shapes import SHAPES
 from slosh_ros.errors import InputError
+from slosh_ros.hydro.damping import FORMULAS
 from slosh_ros.parameters import Parameter, Values
 from slosh_ros.parameters import resolved as resolved_with
 
@@ -142,16 +143,87 @@ PARAMETERS: tuple[Parameter, ...] = (
         '(section_x)', 'm', -FAR, FAR
     ),
     Parameter(
-        '{tank}.mesh_file', 'string', None,
+        '{tank}.mesh_file', 'file', None,
         "the tank's inner surface as closed triangles, STL, OBJ or PLY, x forward, y left, z up; "
         'the tank frame is at the centre of its bounding box, whatever its origin; a path that is '
-        'not absolute starts from the folder of this file, of a node from its working directory '
-        '(mesh)',
+        'not absolute starts from the folder of the parameter file (mesh)',
     ),
     Parameter(
         '{tank}.mesh_scale', 'double', None,
         'length of the unit of mesh_file, 0.001 for millimetres; 1.0 if absent (mesh)', 'm',
         1e-6, 1e6
+    ),
+    Parameter(
+        '{tank}.added_mass_file', 'file', None,
+        'added mass over frequency of the liquid, at one fill: .1 (WAMIT), .nc (Capytaine), .h5 '
+        '(BEMIO), relative to the folder of the parameter file (added_mass)',
+    ),
+    Parameter(
+        '{tank}.added_mass_reference', 'double[3]', None,
+        'point of the moments and rotations in the axes of the file, x forward, y left, z up; '
+        'needed for .1 (XBODY), held against the others (added_mass)', 'm', -FAR, FAR,
+    ),
+    Parameter(
+        '{tank}.added_mass_surface_centre', 'double[3]', None,
+        'centre of the mean free surface in the axes of the file; their origin by default '
+        '(added_mass)', 'm', -FAR, FAR,
+    ),
+    Parameter(
+        '{tank}.added_mass_length_scale', 'double', None,
+        'length ULEN that made a .1 dimensionless (added_mass)', 'm', POSITIVE, 1e6,
+    ),
+    Parameter(
+        '{tank}.added_mass_first_column', 'string', None,
+        'first column of a .1: period [s], the default, or frequency [rad/s] (added_mass)',
+        choices=('period', 'frequency'),
+    ),
+    Parameter(
+        '{tank}.added_mass_hydrostatic', 'bool', None,
+        'the entries 44 and 55 hold the hydrostatic moment of the surface, as the radiation '
+        'potential gives it (the default); false: the code has it in its stiffness matrix '
+        '(added_mass)',
+    ),
+    Parameter(
+        '{tank}.liquid_mass', 'double', None,
+        'mass of the liquid; held against the added mass at rest (added_mass)', 'kg', 1e-6, 1e9,
+    ),
+    Parameter(
+        '{tank}.liquid_depth', 'double', None, 'greatest depth of the liquid (added_mass)', 'm',
+        POSITIVE, 1e3,
+    ),
+    Parameter(
+        '{tank}.liquid_centroid', 'double[3]', None,
+        'centroid of the liquid in the tank frame (added_mass)', 'm', -FAR, FAR,
+    ),
+    Parameter(
+        '{tank}.liquid_inertia', 'double[3]', None,
+        'inertia of the frozen liquid about its centroid: roll, pitch, yaw (added_mass)',
+        'kg m^2', 0.0, 1e12,
+    ),
+    Parameter(
+        '{tank}.surface_centre', 'double[3]', None,
+        'centre of the mean free surface in the tank frame (added_mass)', 'm', -FAR, FAR,
+    ),
+    Parameter(
+        '{tank}.surface_length', 'double', None,
+        'extent of the mean free surface along x (added_mass)', 'm', POSITIVE, 1e3,
+    ),
+    Parameter(
+        '{tank}.surface_width', 'double', None,
+        'extent of the mean free surface along y (added_mass)', 'm', POSITIVE, 1e3,
+    ),
+    Parameter(
+        '{tank}.surface_moments', 'double[]', None,
+        'integrals of x^2 and of y^2 over the mean free surface; those of a rectangle by default '
+        '(added_mass)', 'm^4', 0.0, 1e12,
+    ),
+    Parameter(
+        '{tank}.freeboard', 'double', None,
+        'height of the roof above the mean free surface (added_mass)', 'm', POSITIVE, 1e3,
+    ),
+    Parameter(
+        '{tank}.tank_volume', 'double', None, 'volume of the whole tank (added_mass)', 'm^3',
+        1e-9, 1e9,
     ),
     Parameter(
         '{tank}.fill_ratio', 'double', None,
@@ -167,8 +239,29 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     Parameter(
         '{tank}.damping_ratio', 'double | double[]', None,
-        'damping ratio of every mode, or one a mode; without it, that of laminar boundary layers '
+        'damping ratio of every mode, or one a mode; without it, that of damping_formula '
         'if kinematic_viscosity is given, else none (an ideal liquid)', '', 0.0, 0.99,
+    ),
+    Parameter(
+        '{tank}.damping_formula', 'string', 'automatic',
+        'where the damping comes from if kinematic_viscosity is given: measured in smooth upright '
+        'cylinders (mikishev_dorozhkin, stephens) or spheres (stofan_sumner), or laminar boundary '
+        'layers; automatic takes mikishev_dorozhkin, stofan_sumner, boundary layers by shape',
+        choices=FORMULAS,
+    ),
+    Parameter(
+        '{tank}.baffle_width', 'double', None,
+        'width of ring baffles in an upright cylinder, whose damping is added to that of the '
+        'wall; with baffle_heights and baffle_wave', 'm', POSITIVE, 1e3,
+    ),
+    Parameter(
+        '{tank}.baffle_heights', 'double[]', None, 'z of the ring baffles in the tank frame', 'm',
+        -FAR, FAR,
+    ),
+    Parameter(
+        '{tank}.baffle_wave', 'double', None,
+        'height of the wave at the wall for which the damping of the baffles is taken', 'm',
+        POSITIVE, 1e3,
     ),
     Parameter(
         '{tank}.kinematic_viscosity', 'double', None,

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from slosh_ros.errors import InputError
+from slosh_ros.hydro.added_mass_tank import added_mass_tank
 from slosh_ros.parameters import Values
 from slosh_ros.tank import (
     Tank,
@@ -32,11 +33,14 @@ class Shape(NamedTuple):
         Parameters that must be given.
     takes : tuple of str
         Parameters that may be given.
+    shares : tuple of str
+        Parameters of every tank that the shape depends on.
     """
 
     build: Callable[..., Tank]
     needs: tuple[str, ...]
     takes: tuple[str, ...] = ()
+    shares: tuple[str, ...] = ()
 
 
 SHAPES: dict[str, Shape] = {
@@ -50,6 +54,30 @@ SHAPES: dict[str, Shape] = {
     'mesh': Shape(mesh, ('mesh_file',), ('mesh_scale',)),
     'section_x': Shape(section_x, ('points', 'length')),
     'sphere': Shape(sphere, ('radius',)),
+    'added_mass': Shape(
+        added_mass_tank,
+        (
+            'added_mass_file',
+            'liquid_mass',
+            'liquid_depth',
+            'liquid_centroid',
+            'liquid_inertia',
+            'surface_centre',
+            'surface_length',
+            'surface_width',
+            'freeboard',
+            'tank_volume',
+        ),
+        (
+            'surface_moments',
+            'added_mass_reference',
+            'added_mass_surface_centre',
+            'added_mass_length_scale',
+            'added_mass_first_column',
+            'added_mass_hydrostatic',
+        ),
+        ('density',),
+    ),
 }
 
 
@@ -76,6 +104,7 @@ def tank_of(p: Values, name: str) -> Tank:
             raise InputError(
                 f'{key} is given, but a {kind} tank takes {", ".join(wanted)}; remove it'
             )
+    wanted += shape.shares
     given = {k: p.by_name[f'{name}.{k}'] for k in wanted if f'{name}.{k}' in p}
     try:
         return shape.build(**given)

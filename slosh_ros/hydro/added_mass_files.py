@@ -25,6 +25,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro.added_mass import AddedMass
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 _DOFS = ('Surge', 'Sway', 'Heave', 'Roll', 'Pitch', 'Yaw')
 _ROTATES = np.array([0, 0, 0, 1, 1, 1])
@@ -39,7 +40,7 @@ def read_added_mass(
     reference: ArrayLike | None = None,
     length_scale: float | None = None,
     surface_centre: ArrayLike = (0.0, 0.0, 0.0),
-    hydrostatic: bool = True,
+    hydrostatic: bool | None = None,
     first_column: str = 'period',
 ) -> AddedMass:
     """
@@ -58,8 +59,8 @@ def read_added_mass(
         Length that made a `.1` dimensionless, ULEN [m]; needed for `.1`.
     surface_centre : array_like, shape (3,)
         O, the centre of the mean free surface, in the axes of the file [m].
-    hydrostatic : bool
-        See :class:`~slosh_ros.hydro.added_mass.AddedMass`.
+    hydrostatic : bool, optional
+        See :class:`~slosh_ros.hydro.added_mass.AddedMass`; as the file tells, or true.
     first_column : str
         Of a `.1`: `period` [s], or `frequency` [rad/s] (IPEROUT = 2), where 0 is zero and a
         negative number infinite frequency.
@@ -70,11 +71,12 @@ def read_added_mass(
         If something is missing or does not fit; the message names file, place and reason.
     """
     suffix = path.suffix.lower()
+    within: bool | None = None
     try:
         if suffix == '.1':
             omega, matrix, rho, point = _read_wamit(path, density, length_scale, first_column)
         elif suffix == '.nc':
-            omega, matrix, rho, point = _read_netcdf(path)
+            omega, matrix, rho, point, within = _read_netcdf(path)
         elif suffix in ('.h5', '.hdf5'):
             omega, matrix, rho, point = _read_bemio(path)
         else:
@@ -92,13 +94,19 @@ def read_added_mass(
                 f'has its moments about {point.tolist()}, not about the given '
                 f'{np.asarray(reference).tolist()} m'
             )
+        if None not in (within, hydrostatic) and within != hydrostatic:
+            raise InputError(
+                f'{"holds" if within else "lacks"} the hydrostatic part of 44 and 55, as its '
+                'attribute hydrostatic_in_added_mass tells; you say the contrary'
+            )
+        hydrostatic = within if hydrostatic is None else hydrostatic
         order = np.argsort(omega)
         return AddedMass(
             omega=omega[order],
             matrix=matrix[order],
             density=rho,
             reference=point - np.asarray(surface_centre, dtype=float),
-            hydrostatic=hydrostatic,
+            hydrostatic=True if hydrostatic is None else hydrostatic,
             source=str(path),
         )
     except InputError as error:
@@ -154,7 +162,7 @@ def write_added_mass(path: Path, data: AddedMass) -> None:
     dataset.to_netcdf(path)
 
 
-_Content = tuple[Array, NDArray[np.complex128], float, Array | None]
+_Content = tuple[Array, ComplexArray, float, Array | None]
 
 
 def _read_wamit(
@@ -222,6 +230,12 @@ def _wamit_line(words: list[str], first_column: str) -> tuple[float, int, int, c
 def _fill_zeros(omega: Array, matrix: NDArray[np.complex128]) -> None:
     """Put zeros where symmetry let WAMIT leave an entry out: at all frequencies or none."""
     absent = np.isnan(matrix)
+    halved = absent.all(axis=0) & ~absent.all(axis=0).T
+    if halved.any():
+        i, j = np.argwhere(halved)[0]
+        raise InputError(
+            f'has the entry {j + 1}{i + 1} but nowhere {i + 1}{j + 1}; write both triangles'
+        )
     partly = absent.any(axis=0) & ~absent.all(axis=0)
     if partly.any():
         i, j = np.argwhere(partly)[0]
@@ -233,7 +247,7 @@ def _fill_zeros(omega: Array, matrix: NDArray[np.complex128]) -> None:
     matrix[absent & np.outer(solved, solved)] = 0.0
 
 
-def _read_netcdf(path: Path) -> _Content:
+def _read_netcdf(path: Path) -> tuple[Array, ComplexArray, float, Array | None, bool | None]:
     xarray = _library('xarray', 'xarray netCDF4')
     try:
         dataset = xarray.load_dataset(path)
@@ -270,7 +284,14 @@ def _read_netcdf(path: Path) -> _Content:
         if point.shape != (3,) or not np.all(np.isfinite(point)):
             raise InputError(f'has a rotation_center of {point.tolist()}')
     omega = np.asarray(dataset.omega.values, dtype=float)
-    return omega, _complex(omega, *tables), float(np.ravel(dataset.rho.values)[0]), point
+    within = dataset.attrs.get('hydrostatic_in_added_mass')
+    return (
+        omega,
+        _complex(omega, *tables),
+        float(np.ravel(dataset.rho.values)[0]),
+        point,
+        None if within is None else bool(within),
+    )
 
 
 def _read_bemio(path: Path) -> _Content:

@@ -48,12 +48,16 @@ ComplexArray = NDArray[np.complex128]
 EVIDENCE = 10.0  # "very strong" on Kass & Raftery's scale (J. Am. Stat. Assoc. 90, 1995)
 FLOOR = 0.03  # of the median modulus: deviations below it count as those of this
 TRUST = 30.0  # weight of what is known of the liquid at rest, in data of the same value
+DOUBT = 10.0  # standard errors of the data's own value at rest beyond which it is not used
 SPIKE = 3.0  # standard deviations beyond which a point tells no more about the number of modes
 SMALLEST_SHARE = 1e-4  # of all modal masses of a family; a mode below it is not worth its state
 SMALL_SHARE, LONELY = 0.03, 0.01  # a small mode felt at one point a hundred times more is a spike
 FEW_STEPS, MANY_STEPS = 30, 80  # of least squares, to come near and to come home
+SAME_WAY = 1e-3  # relative difference of modes from which least squares come home alike
 BEST_NOISE = 1e-5  # relative; no boundary element code is better than that
 ASYMMETRY = 0.01  # of the geometric mean of the diagonal entries
+RECIPROCITY = 0.05  # of the same
+GAIN, GAINING = 0.01, 0.1  # negative damping over |A| that is no rounding; share of frequencies
 MASS_TOLERANCE = 0.05  # of A_11(0) against the liquid's mass
 SMALLEST_LOSS = 1e-9
 
@@ -145,11 +149,22 @@ def fit_family(
     free = _Fit(data, family)
     solved = free.solve(max_modes)
     found = free.at_rest(solved)
-    if at_rest is not None and family is not YAW:
+    if at_rest is not None and family is not YAW and _told_by(found, solved, at_rest):
         # only now: far from the solution so much trust would draw poles to where they are not
         known = _Fit(data, family, at_rest)
         solved = known.optimised(solved.modes, max(2.0 * solved.noise, 1e-4), known.settled)
     return free.result(solved, found)
+
+
+def _told_by(found: tuple[float, float], solved: _Solved, known: tuple[float, float]) -> bool:
+    """
+    Tell that what is known is within the errors of what the data tell.
+
+    Panels make a liquid 1 % lighter at every frequency alike: such data have no use for its true
+    mass, which would tear their modes apart.
+    """
+    off = np.abs(np.subtract(found, known))
+    return bool(np.all(off <= DOUBT * solved.rest_error + 1e-6 * np.abs(known)))
 
 
 class _Fit:
@@ -182,7 +197,11 @@ class _Fit:
         both = 0.5 * (data.matrix + data.matrix.transpose(0, 2, 1))
         self.values: ComplexArray = np.stack([both[:, i, j] for i, j in entries])
         modulus = np.abs(self.values)
-        floor = FLOOR * np.median(modulus, axis=1, keepdims=True)
+        median = np.median(modulus, axis=1, keepdims=True)
+        # an entry may vanish, as that of roll about the axis of a cylinder: then it counts against
+        # what a lever of the size of g/omega^2 would make of it
+        lever = (GRAVITY / self.band_end**2) ** np.arange(len(entries))[:, np.newaxis]
+        floor = FLOOR * np.maximum(median, median[0] * lever)
         self.weight = 1.0 / np.hypot(modulus, np.maximum(floor, np.finfo(float).tiny))
         self.lossy = bool(np.any(np.abs(self.values.imag) > 1e-9 * modulus))
         if self.lossy:
@@ -197,7 +216,7 @@ class _Fit:
             known = np.zeros((len(entries), 1))
             known[:2, 0] = at_rest
             trust = np.zeros_like(known)
-            trust[:2, 0] = 1.0 / np.maximum(np.abs(at_rest), FLOOR * np.median(modulus[:2], 1))
+            trust[:2, 0] = 1.0 / np.maximum(np.abs(at_rest), floor[:2, 0])
             self.x, self.omega = (np.append(0.0, a) for a in (self.x, self.omega))
             self.values = np.hstack([known, self.values])
             self.weight = np.hstack([trust, self.weight])
@@ -345,9 +364,18 @@ class _Fit:
         variance = float(np.mean(capped**2)) + BEST_NOISE**2
         error = np.zeros_like(first)
         # the pseudo-inverse leaves out what the data do not tell
-        gain = np.diag(np.linalg.pinv(found.jac.T @ found.jac))
+        covariance = np.linalg.pinv(found.jac.T @ found.jac)
         freedom = max(deviation.size - int(free.sum()), 1) / deviation.size
-        error[free] = np.sqrt(variance / freedom * np.maximum(gain, 0.0))
+        error[free] = np.sqrt(variance / freedom * np.maximum(np.diag(covariance), 0.0))
+        at_rest = np.zeros((2, len(first)))  # by all parameters: k_0, k_1 + s sum g R/omega^2
+        at_rest[0, 4 * count] = 1.0
+        if entries > 1:
+            hanging = self.family.sign * GRAVITY / modes[:, 0] ** 2
+            at_rest[1, :count] = -2.0 * hanging * modes[:, 1] / modes[:, 0]
+            at_rest[1, count : 2 * count] = hanging
+            at_rest[1, 4 * count + 1] = 1.0
+        slope = (at_rest * units)[:, free]
+        rest_variance = variance / freedom * np.einsum('ij,jk,ik->i', slope, covariance, slope)
         return _Solved(
             modes=modes,
             errors=(error * units)[: 4 * count].reshape(4, count).T,
@@ -355,17 +383,20 @@ class _Fit:
             noise=noise,
             criterion=deviation.size * np.log(variance) + free.sum() * np.log(deviation.size),
             deviation=deviation,
+            rest_error=np.sqrt(np.maximum(rest_variance, 0.0)),
         )
 
     def solve(self, max_modes: int) -> _Solved:
         """Let modes in and out while the criterion tells to."""
-        best = self._refined(self._rows([*self.falls()[: max_modes - 1], 1.4 * self.band_end]))
+        start = self._rows([*self.falls()[: max_modes - 1], 1.4 * self.band_end])
+        best = self._home(self._near(start))
         while (better := self._step(best, max_modes) or self._jump(best)) is not None:
             best = better
         return best
 
     def _jump(self, best: _Solved) -> _Solved | None:
         """Put single poles across the next grid point, which least squares do not pass."""
+        trials = []
         for j in np.flatnonzero(self._inside(best)):
             after = int(np.searchsorted(self.omega, best.modes[j, 0]))
             for low, high in ((after - 2, after - 1), (after, after + 1)):
@@ -373,10 +404,9 @@ class _Fit:
                     continue
                 trial = best.modes.copy()
                 trial[j, 0] = 0.5 * (self.omega[low] + self.omega[high])
-                solved = self._refined(trial)
-                if solved.criterion < best.criterion - 1.0 and self._sound(solved):
-                    return solved
-        return None
+                trials.append(trial)
+        better = (self._better([trial], best, 1.0) for trial in trials)
+        return next((found for found in better if found is not None), None)
 
     def at_rest(self, solved: _Solved) -> tuple[float, float]:
         """A_push and A_cross of a fit at frequency 0; of yaw only the first."""
@@ -406,10 +436,14 @@ class _Fit:
         if len(best.modes) > 1:
             weakest = np.argsort(best.modes[:, 1] / np.maximum(best.errors[:, 1], 1e-300))[:1]
             trials += [np.delete(best.modes, j, axis=0) for j in weakest]
-        solved = [self._refined(trial) for trial in trials]
+        return self._better(trials, best, EVIDENCE)
+
+    def _better(self, trials: list[Array], best: _Solved, by: float) -> _Solved | None:
+        """Optimise trials to the end; return the best if it beats `best` by so much."""
+        solved = [self._home(self._near(trial)) for trial in trials]
         solved = [s for s in solved if self._sound(s)]
         top = min(solved, key=lambda s: s.criterion, default=best)
-        return top if top.criterion < best.criterion - EVIDENCE else None
+        return top if top.criterion < best.criterion - by else None
 
     def _inside(self, solved: _Solved) -> NDArray[np.bool_]:
         return np.asarray(solved.modes[:, 0] <= self.band_end)
@@ -428,15 +462,20 @@ class _Fit:
         share = mass / max(float(np.sum(mass)), np.finfo(float).tiny)
         return not np.any((share < SMALLEST_SHARE) | (alone & (share < SMALL_SHARE)))
 
-    def _refined(self, modes: Array) -> _Solved:
-        """Optimise from near and far, and again with the spread of deviations so found."""
+    def _near(self, modes: Array) -> list[_Solved]:
+        """Optimise a little from near and far; one or two ways that differ, the better first."""
         # all deviations in earnest first, or outliers let go from the start
         far = self.optimised(modes, 1.0, self.weight, FEW_STEPS).modes
-        solved = []
-        for start in (modes, far):
-            near = self.optimised(start, 0.05, self.weight, FEW_STEPS)
-            spread = max(2.0 * near.noise, 10.0 * BEST_NOISE)
-            solved.append(self.optimised(near.modes, spread, self.settled))
+        ways = [self.optimised(start, 0.05, self.weight, FEW_STEPS) for start in (modes, far)]
+        ways.sort(key=lambda s: s.criterion)
+        return ways[:1] if np.allclose(ways[0].modes, ways[1].modes, rtol=SAME_WAY) else ways
+
+    def _home(self, ways: list[_Solved]) -> _Solved:
+        """Optimise to the end with the spread of deviations so found."""
+        solved = [
+            self.optimised(near.modes, max(2.0 * near.noise, 10.0 * BEST_NOISE), self.settled)
+            for near in ways
+        ]
         return min(solved, key=lambda s: s.criterion)
 
     def _rows(self, omega: list[float]) -> Array:
@@ -484,6 +523,7 @@ class _Solved(NamedTuple):
     noise: float
     criterion: float
     deviation: Array
+    rest_error: Array
 
 
 def added_mass_coefficients(
@@ -493,10 +533,7 @@ def added_mass_coefficients(
     plan: tuple[float, float] | None = None,
 ) -> ModalCoefficients:
     """
-    Coefficients of a tank from its added mass.
-
-    The scale of a mode is free: here mu = R and lambda_1 = -R (lambda_2 of sway), so that beta is
-    minus the displacement of the slosh mass; of yaw mu = R/m^2 and lambda_6 = -R/m.
+    Coefficients of a tank from its added mass: :func:`fit_liquid` and :func:`fitted_coefficients`.
 
     Parameters
     ----------
@@ -507,18 +544,38 @@ def added_mass_coefficients(
     modes : int
         Most modes to keep, from the lowest frequency.
     plan : tuple of float, optional
-        Length (x) and width (y) of the mean free surface [m]. With it, the elevation is that of
-        the plane with the same first moment as the mode, lambda x/(rho I_xx): for a cosine its
-        edge is 22 % too high. Without it there is none.
+        Length (x) and width (y) of the mean free surface [m].
 
     Raises
     ------
     InputError
-        If entries are missing, the tank is not symmetric fore and aft and to both sides about O,
-        or its mass or moments at rest are not those of the liquid.
+        See :func:`fit_liquid`.
     """
+    return fitted_coefficients(data, liquid, fit_liquid(data, liquid), modes, plan)
+
+
+def fit_liquid(data: AddedMass, liquid: LiquidAtRest) -> tuple[FittedFamily, ...]:
+    """
+    Fit surge, sway and, unless it turns about a vertical axis of symmetry, yaw of a known liquid.
+
+    Parameters
+    ----------
+    data : AddedMass
+        With the entries 11, 22, 15, 24, 44, 55, 66.
+    liquid : LiquidAtRest
+        The liquid; its mass, centroid and surface moments must fit the data.
+
+    Raises
+    ------
+    InputError
+        If entries are missing, the matrix is not symmetric, the tank is not symmetric fore and aft
+        and to both sides about O, radiation makes energy, or mass or moments at rest are not those
+        of the liquid.
+    """
+    _check_entries(data)
     about_o = data.about_surface_centre(liquid.surface_inertia)
     _check_symmetry(about_o)
+    _check_damping(about_o)
     mass = data.density * liquid.volume
     lever = mass * float(liquid.centroid[2])
     i_xx, i_yy = data.density * np.diag(liquid.surface_inertia)
@@ -529,6 +586,40 @@ def added_mass_coefficients(
     # a vertical axis of symmetry leaves rounding in 66
     if np.abs(about_o.matrix[:, 5, 5]).max() > 1e-6 * np.abs(about_o.matrix[:, 4, 4]).max():
         families.append(fit_family(about_o, YAW))
+    if not any(len(fitted.omega) for fitted in families):
+        raise InputError(f'{data.source}: there is no sloshing mode within its frequencies')
+    return tuple(families)
+
+
+def fitted_coefficients(
+    data: AddedMass,
+    liquid: LiquidAtRest,
+    families: tuple[FittedFamily, ...],
+    modes: int,
+    plan: tuple[float, float] | None = None,
+) -> ModalCoefficients:
+    """
+    Coefficients of what :func:`fit_liquid` has found.
+
+    The scale of a mode is free: here mu = R and lambda_1 = -R (lambda_2 of sway), so that beta is
+    minus the displacement of the slosh mass; of yaw mu = R/m^2 and lambda_6 = -R/m.
+
+    Parameters
+    ----------
+    data : AddedMass
+        What was fitted.
+    liquid : LiquidAtRest
+        The liquid.
+    families : tuple of FittedFamily
+        Surge, sway and perhaps yaw.
+    modes : int
+        Most modes to keep, from the lowest frequency.
+    plan : tuple of float, optional
+        Length (x) and width (y) of the mean free surface [m]. With it, the elevation is that of
+        the plane with the same first moment as the mode, lambda x/(rho I_xx): for a cosine its
+        edge is 22 % too high. Without it there is none.
+    """
+    i_xx, i_yy = data.density * np.diag(liquid.surface_inertia)
     names: list[str] = []
     rows: list[Array] = []
     for fitted in families:
@@ -542,8 +633,6 @@ def added_mass_coefficients(
                 coupling[family.turn] = -weight * arm
             names.append(f'{family.name}{n}')
             rows.append(np.array([omega, weight, *coupling]))
-    if not rows:
-        raise InputError(f'{data.source}: there is no sloshing mode within its frequencies')
     order = np.argsort([row[0] for row in rows])[:modes]
     table = np.array(rows)[order]
     inertia = [families[1].constants[2], families[0].constants[2]]
@@ -569,36 +658,68 @@ def _checked(
 ) -> FittedFamily:
     """Fit a family of a liquid that is known at rest."""
     row, column = family.push + 1, family.turn + 1
-    if not data.has((family.turn, family.turn)):
-        raise InputError(
-            f'{data.source}: the entry {column}{column} is missing at some frequency; '
-            f'the inertia in {"pitch" if family is SURGE else "roll"} comes from it'
-        )
     fitted = fit_family(data, family, at_rest)
     mass, moment = fitted.at_rest
     if abs(mass - at_rest[0]) > MASS_TOLERANCE * at_rest[0]:
         raise InputError(
             f'{data.source}: its entry {row}{row} tends to {mass:.4g} kg at rest, but the '
-            f'liquid has a mass of {at_rest[0]:.4g} kg; check density, length scale and units'
+            f'liquid has a mass of {at_rest[0]:.4g} kg; check density, length scale, units and '
+            'whether periods are taken for frequencies'
         )
     if abs(moment - at_rest[1]) > MASS_TOLERANCE * (abs(at_rest[1]) + surface):
         raise InputError(
             f'{data.source}: its entry {row}{column} tends to {moment:.4g} kg m at rest, but '
             f'centroid and free surface of the liquid give {at_rest[1]:.4g} kg m; check the '
-            'reference point of its moments, its axes (x forward, y left, z up) and the surface'
+            'reference point of its moments, its axes (x forward, y left, z up), its angles (rad) '
+            'and the surface'
         )
     return fitted
 
 
+def _check_entries(data: AddedMass) -> None:
+    for i, j in ((0, 0), (1, 1), (3, 3), (4, 4), (5, 5), (0, 4), (1, 3)):
+        known = np.isfinite(data.matrix[:, [i, j], [j, i]])
+        absent: NDArray[np.bool_] = np.asarray(~known.all(axis=1))
+        if absent.any():
+            raise InputError(
+                f'{data.source}: the entry {i + 1}{j + 1} is missing at {int(absent.sum())} of '
+                f'{len(absent)} frequencies, first at {data.omega[np.argmax(absent)]:.4g} rad/s; '
+                'surge needs 11, 15, 55, sway 22, 24, 44, yaw 66'
+            )
+
+
 def _check_symmetry(data: AddedMass) -> None:
-    """Raise if motions couple that do not in a tank symmetric about the planes x = 0 and y = 0."""
+    """Raise unless the matrix is symmetric, and the tank about the planes x = 0 and y = 0."""
     size = np.sqrt(np.median(np.abs(np.einsum('nii->ni', data.matrix)), axis=0))
+    for i, j in ((0, 4), (1, 3)):
+        above, below = data.matrix[:, i, j], data.matrix[:, j, i]
+        if np.median(np.abs(above - below)) > RECIPROCITY * size[i] * size[j]:
+            n = int(np.argmax(np.abs(above - below)))
+            raise InputError(
+                f'{data.source}: at {data.omega[n]:.4g} rad/s the entry {i + 1}{j + 1} is '
+                f'{above[n].real:.4g} kg m and {j + 1}{i + 1} is {below[n].real:.4g} kg m; they '
+                'must be the same: write both triangles'
+            )
     for i, j in ((0, 1), (0, 3), (0, 5), (1, 4), (1, 5), (3, 4), (3, 5), (4, 5)):
         coupling = np.nan_to_num(np.abs(data.matrix[:, [i, j], [j, i]])).max(axis=1)
         if np.median(coupling) > ASYMMETRY * size[i] * size[j]:
             raise InputError(
                 f'{data.source}: the entry {i + 1}{j + 1} is not zero, as it is in a tank '
                 'symmetric about the planes x = 0 and y = 0 through O; check the reference point'
+            )
+
+
+def _check_damping(data: AddedMass) -> None:
+    """Raise if motion gains energy by radiation; single points may, as spikes do."""
+    for i in (0, 1, 3, 4, 5):
+        entry = data.matrix[:, i, i]
+        gains: NDArray[np.bool_] = np.asarray(entry.imag < -GAIN * np.abs(entry))
+        if float(np.mean(gains)) > GAINING:
+            n = int(np.argmax(gains))
+            raise InputError(
+                f'{data.source}: the radiation damping {i + 1}{i + 1} is negative at '
+                f'{int(gains.sum())} of {len(gains)} frequencies, first at {data.omega[n]:.4g} '
+                'rad/s: the liquid would make energy; check its sign'
             )
 
 

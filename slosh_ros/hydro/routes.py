@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slosh_ros.hydro.added_mass_tank import AddedMassTank
 from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients, full_sphere
 from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
 from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
@@ -15,6 +16,7 @@ from slosh_ros.hydro.volume import full_volume_coefficients, volume_coefficients
 from slosh_ros.tank import (
     Capsule,
     Circle,
+    KnownLiquid,
     LiquidAtRest,
     MeshTank,
     Rectangle,
@@ -45,6 +47,11 @@ def coefficients_of(
         return still_coefficients('empty', density, nothing, np.zeros((3, 3)), None)
     # of upright walls and of spheres the lowest modes are the same ones at any fill
     count = modes if isinstance(modes, int) else len(modes)
+    if isinstance(tank, KnownLiquid):
+        if not isinstance(tank, AddedMassTank):
+            raise TypeError('nothing is known of the waves of this liquid')
+        tank.filled(depth)
+        return tank.coefficients(count)
     if isinstance(tank, UprightCylinder):
         return cylinder_z_coefficients(tank, depth, density, count)
     if isinstance(tank, MeshTank) or (isinstance(tank, Capsule) and not tank.is_sphere):

@@ -3,27 +3,40 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from slosh_ros.parameters import Parameter, Values, without_ros_own
+from slosh_ros.engine.parameters import PARAMETERS
+from slosh_ros.parameters import Parameter, Values, anchored, without_ros_own
 
 
 def given_parameters(node: Node) -> dict[str, object]:
     """
     Parameters that were given to a node on the command line or in a file, ROS 2's own left out.
 
+    Names of files are relative to the folder of the parameter file.
+
     The node must declare its overrides automatically, so that a misspelt one is seen, too.
     """
     parameters = node.get_parameters_by_prefix('')
     values = {name: parameter.value for name, parameter in parameters.items()}
     # rclpy gives arrays of doubles as array.array
-    return {
+    plain = {
         name: list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
         for name, value in without_ros_own(values).items()
     }
+    return anchored(PARAMETERS, plain, _parameter_folders(sys.argv))
+
+
+def _parameter_folders(arguments: Sequence[str]) -> list[Path]:
+    """List the folders of the parameter files on a command line, the last given first."""
+    files = [Path(value) for option, value in pairwise(arguments) if option == '--params-file']
+    return [file.parent for file in reversed(files)]
 
 
 def declare_all(node: Node, rows: Mapping[str, Parameter], values: Values) -> None:

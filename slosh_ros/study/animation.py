@@ -174,7 +174,14 @@ _BEYOND = 'wave beyond linear theory: drawn only inside the wall'
 
 
 def walls_of(liquid: TankLiquid) -> tuple[Array, Array]:
-    """Outline a tank in its middle planes, x, z and y, z, about O, each (k, 2) [m]."""
+    """
+    Outline a tank in its middle planes, x, z and y, z, about O, each (k, 2) [m].
+
+    Raises
+    ------
+    InputError
+        If nobody knows where its walls are.
+    """
     tank, c = liquid.tank, liquid.coefficients
     assert tank is not None
     assert c is not None

@@ -6,6 +6,7 @@ one class beside :class:`~slosh_ros.tank.uniform.UniformTank`.
 """
 
 from slosh_ros.tank.capsule import Capsule, cylinder_x, sphere
+from slosh_ros.tank.known import KnownLiquid
 from slosh_ros.tank.mesh import MeshTank, mesh
 from slosh_ros.tank.polygon import Polygon
 from slosh_ros.tank.section import (
@@ -28,12 +29,13 @@ from slosh_ros.tank.uniform import (
 )
 from slosh_ros.tank.upright import UprightCylinder, cylinder_z
 
-Tank = UniformTank | UprightCylinder | Capsule | MeshTank
+Tank = UniformTank | UprightCylinder | Capsule | MeshTank | KnownLiquid
 
 __all__ = [
     'Capsule',
     'Circle',
     'Ellipse',
+    'KnownLiquid',
     'LiquidAtRest',
     'LiquidSurface',
     'MeshTank',

@@ -1,0 +1,122 @@
+"""`slosh modes --compare`: one tank by every route that applies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_bad_input import refused
+from test_replay import slosh
+
+from slosh_ros.hydro.volume import volume_coefficients
+from slosh_ros.study.compare import CIRCLE, SPHERE, Quantity, Route
+from slosh_ros.study.enclosed import Enclosed
+from slosh_ros.tank import ellipse_x, section_x
+from slosh_ros.tank.surface import area_vectors
+
+HEAD = '/**:\n  ros__parameters:\n    tank:\n      density: 850.0\n'
+
+
+def routes(folder: Path, **keys: object) -> dict[str, dict]:
+    file = folder / 'tank.yaml'
+    file.write_text(HEAD + ''.join(f'      {key}: {value}\n' for key, value in keys.items()))
+    result = slosh('modes', file, '--compare', '--json')
+    assert result.returncode == 0, result.stderr
+    return {route['name']: route for route in json.loads(result.stdout)['routes']}
+
+
+def worst(route: dict, *but: str) -> float:
+    return max(
+        abs(value['difference'])
+        for name, value in route['values'].items()
+        if value['difference'] is not None and not name.startswith(but)
+    )
+
+
+def test_table_1_by_closed_form_section_volume_fit_and_recipe(tmp_path: Path) -> None:
+    found = routes(
+        tmp_path, shape='rectangular', length=8.0, width=2.0, height=1.6, fill_depth=0.8
+    )
+    assert list(found) == [
+        'closed form', 'section', 'volume (3-D)', 'added-mass fit', "paper's recipe",
+    ]  # fmt: skip
+    assert found['closed form']['values']['omega surge 1']['value'] == pytest.approx(1.082569)
+    assert worst(found['section']) < 1e-6
+    assert worst(found['volume (3-D)']) < 1e-5
+    assert worst(found['added-mass fit'], 'J0', 'modal mass yaw') < 1e-3
+    assert worst(found['added-mass fit']) < 0.01
+    # all modes in one: 14 % too much along, THEORY 6
+    recipe = found["paper's recipe"]['values']['modal mass surge 1']
+    assert recipe['difference'] == pytest.approx(0.136, abs=0.003)
+
+
+def test_half_full_circle_by_section_volume_fit_and_publication(tmp_path: Path) -> None:
+    found = routes(tmp_path, shape='cylinder_x', radius=1.2, length=5.75, fill_ratio=0.5)
+    assert list(found) == [
+        'section', 'volume (3-D)', 'added-mass fit', "paper's recipe", 'published',
+    ]  # fmt: skip
+    assert worst(found['published']) < 1e-6
+    assert worst(found['volume (3-D)']) < 1e-4
+    assert worst(found['added-mass fit']) < 2e-3
+    assert CIRCLE[0] == 1.355727
+
+
+def test_half_full_sphere_against_the_published_value(tmp_path: Path) -> None:
+    found = routes(tmp_path, shape='sphere', radius=1.0, fill_ratio=0.5)
+    assert next(iter(found)) == 'axisymmetric'
+    omega = found['axisymmetric']['values']['omega surge 1']['value']
+    assert omega == pytest.approx(np.sqrt(9.81 * SPHERE[0]), rel=1e-6)
+    assert worst(found['volume (3-D)']) < 1e-4
+    assert worst(found['added-mass fit']) < 5e-3
+
+
+def test_table_and_verdicts(tmp_path: Path) -> None:
+    file = tmp_path / 'tank.yaml'
+    file.write_text(
+        HEAD + '      shape: cylinder_z\n      radius: 1.2\n      height: 3.0\n'
+        '      fill_depth: 1.5\n'
+    )
+    result = slosh('modes', file, '--compare')
+    assert result.returncode == 0, result.stderr
+    for text in ('closed form', 'volume (3-D)', 'difference', 'rad/s', 'kg m^2'):
+        assert text in result.stdout
+    said = ' '.join(result.stdout.split())
+    assert 'volume (3-D): differs from closed form by' in said
+    assert '…' not in result.stdout
+
+
+def test_known_liquid_has_no_other_route() -> None:
+    from conftest import REPOSITORY
+
+    refused(
+        ['modes', REPOSITORY / 'config' / 'added_mass.yaml', '--compare'],
+        'tank: there is one route to a liquid that is known from its added mass',
+    )
+
+
+def test_verdict_names_the_worst_and_what_is_absent() -> None:
+    omega, mass = Quantity('omega surge 1', 'rad/s'), Quantity('modal mass surge 1', 'kg')
+    own = Route('own', {omega: 1.0, mass: 100.0})
+    other = Route('other', {omega: 1.001, mass: 98.0})
+    assert other.verdict(own) == (
+        'other: differs from own by 0.02 at most (modal mass surge 1), of 2 numbers'
+    )
+    gone = Route('gone', absent='needs xarray: pip install xarray')
+    assert gone.verdict(own) == 'gone: needs xarray: pip install xarray'
+
+
+def test_enclosed_liquids_are_closed_and_of_the_right_volume() -> None:
+    tank = ellipse_x(2.4, 1.8, 5.0)
+    enclosed = Enclosed.of(tank)
+    assert enclosed is not None
+    surface = enclosed.liquid_surface(1.1, 0.05)
+    areas = area_vectors(np.concatenate([surface.wall, surface.free]))
+    assert np.abs(areas.sum(axis=0)).max() < 1e-12
+    centres = np.concatenate([surface.wall, surface.free]).mean(axis=1)
+    volume = np.einsum('ij,ij->', centres, areas) / 3.0
+    assert volume == pytest.approx(tank.filled(1.1).volume, rel=2e-3)
+    assert np.all(area_vectors(surface.free)[:, 2] > 0.0)
+    assert Enclosed.of(section_x([0.0, 0.0, 2.0, 0.0, 1.0, 1.5], 3.0)) is None
+    assert volume_coefficients(enclosed, 1.1, 1000.0, 2).names == ('x1', 'y1')
