@@ -32,6 +32,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.parameters import Parameter
 
 MORE = int(os.environ.get('SLOSH_FUZZ', '0'))
+pytestmark = pytest.mark.timeout(300 * max(MORE, 1))
 
 
 def cases(number: int) -> settings:
