@@ -52,7 +52,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-_WIDTH = 100  # of the tables; narrower terminals wrap them rather than cut their numbers
+_WIDTH = 110  # of the tables; narrower terminals wrap them rather than cut their numbers
 _out = Console(width=max(_WIDTH, Console().width), highlight=False)
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
 
@@ -510,8 +510,9 @@ def _compare(tank: TankConfig, as_json: bool) -> None:
         )
         return
     found = [route for route in routes if route.values]
-    values = _table(tank.name, *(route.name for route in found), 'unit')
-    apart = _table('difference [%]', *(route.name for route in found[1:]))
+    heads = [route.name.replace(' ', '\n') for route in found]
+    values = _table(tank.name, *heads, 'unit')
+    apart = _table('difference [%]', *heads[1:])
     for quantity in own.values:
         here = [route.values.get(quantity) for route in found]
         values.add_row(
