@@ -258,7 +258,7 @@ def test_node_runs_from_a_file_beside_its_parameter_file(folder: Path, tmp_path:
         ) as node,
         rig.Driver() as driver,
     ):
-        node.wait_for('ready', 120.0)
+        node.wait_for('ready', 300.0)  # it fits first
         driver.wait_for_node()
         offline = SloshEngine(SloshConfig.from_file(folder / 'box.yaml'))
         for k in range(5):
