@@ -23,7 +23,6 @@ BRAKE = REPOSITORY / 'config' / 'scenarios' / 'brake.yaml'
 PAGES = {path.relative_to(DOCS).as_posix(): path.read_text() for path in DOCS.rglob('*.md')}
 EVERY_PAGE = '\n'.join(PAGES.values())
 BLOCK = re.compile(r'^```(\w+)\n(.*?)^```', re.DOTALL | re.MULTILINE)
-EXTRAS = {'howto/own_bem.md': ('xarray', 'netCDF4')}
 CODE = [(page, *block) for page, text in PAGES.items() for block in BLOCK.findall(text)]
 
 
@@ -57,8 +56,6 @@ def test_parameter_files_are_good(page: str, code: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize('page', sorted({page for page, _ in blocks('python')}))
 def test_python_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for extra in EXTRAS.get(page, ()):
-        pytest.importorskip(extra)
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'config').symlink_to(REPOSITORY / 'config')
     exec('\n'.join(code for where, code in blocks('python') if where == page), {})
