@@ -104,6 +104,4 @@ def test_the_damping_in_use_is_reported(tmp_path):
 def test_honey_is_refused(tmp_path):
     file = tmp_path / 'tank.yaml'
     file.write_text(GOOD + '      kinematic_viscosity: 0.5\n')
-    refused(
-        ['modes', file], 'tank.kinematic_viscosity is 0.5 m^2/s', 'write the damping_ratio'
-    )
+    refused(['modes', file], 'tank.kinematic_viscosity is 0.5 m^2/s', 'write the damping_ratio')
