@@ -12,7 +12,7 @@ from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.hydro.fill_table import FILL_RANGE, TOLERANCE, FillTable
 from slosh_ros.modal.validity import Criterion, TrustWatch
-from slosh_ros.tank import Tank, cylinder_x, section_x
+from slosh_ros.tank import Tank, cylinder_x, section_x, sphere
 
 Array = NDArray[np.float64]
 
@@ -21,6 +21,7 @@ NAMES = ('x1', 'y1', 'x1y1')
 PIPE = cylinder_x(1.2, 4.0)
 # of the pipe: near its end, always wet; at its side, dry below half full
 POINTS = np.array([[1.9, 0.1, -1.05], [0.3, 1.19, 0.1]])
+BALL = sphere(0.9)
 TRAPEZIUM = section_x([-0.6, 0.0, 0.6, 0.0, 1.0, 1.2, -1.0, 1.2], 3.0)
 FILLS = (0.011, 0.2, 0.43, 0.7, 0.985)
 
@@ -33,6 +34,11 @@ def pipe() -> FillTable:
 @cache
 def trapezium() -> FillTable:
     return FillTable(TRAPEZIUM, NAMES).build()
+
+
+@cache
+def ball() -> FillTable:
+    return FillTable(BALL, ('x1', 'y1', 'x3')).build()
 
 
 @cache
@@ -88,6 +94,20 @@ def test_the_pivot_of_a_round_pipe_is_its_axis_at_any_fill() -> None:
         axis = PIPE.section.radius - c.liquid.depth  # type: ignore[union-attr]
         pivot = axis - GRAVITY / c.omega[1] ** 2
         assert c.coupling[1, 3] == pytest.approx(-c.coupling[1, 1] * pivot, rel=1e-4)
+
+
+def test_the_pivot_of_a_sphere_is_its_centre_at_any_fill() -> None:
+    """No moment about the centre: lambda_4 and lambda_5 follow from lambda_2 and lambda_1."""
+    for fill in np.linspace(0.013, 0.987, 9):
+        c = ball().at(float(fill), DENSITY)
+        pivot = BALL.radius - c.liquid.depth - GRAVITY / c.omega**2
+        surge, sway, _, roll, pitch, yaw = c.coupling.T
+        largest = np.abs(roll).max()
+        assert roll == pytest.approx(-sway * pivot, rel=0.0, abs=1e-4 * largest)
+        assert pitch == pytest.approx(surge * pivot, rel=0.0, abs=1e-4 * largest)
+        assert not yaw.any()
+    assert ball().error <= TOLERANCE
+    assert ball().solutions <= 16
 
 
 def test_coefficients_go_on_smoothly_over_the_ends_of_intervals() -> None:
@@ -162,11 +182,11 @@ def test_inside_the_range_nothing_is_taken_for_a_film() -> None:
 
 def test_building_goes_in_steps() -> None:
     """A node can do it beside its work: one solution a step, and the same table in the end."""
-    table = FillTable(TRAPEZIUM, NAMES)
+    table = FillTable(BALL, ball().names)
     steps = 0
     while not table.ready:
         table.step()
         steps += 1
-    assert steps == table.solutions == trapezium().solutions
-    a, b = (t.at(0.31, DENSITY) for t in (table, trapezium()))
+    assert steps == table.solutions == ball().solutions
+    a, b = (t.at(0.31, DENSITY) for t in (table, ball()))
     assert np.array_equal(a.mu, b.mu)

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from slosh_ros.cli import app
 from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine
 from slosh_ros.engine.fill import LiveFill
+from slosh_ros.engine.kinematics import Pose
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import coefficients_of
 from slosh_ros.tank import cylinder_x, rectangular
@@ -32,6 +33,10 @@ PIPE: dict[str, object] = {
     'pressure.low': [2.0, 0.0, -1.1], 'pressure.high': [2.0, 0.0, 0.5],
 }  # fmt: skip
 VOLUME = 0.24
+BALL: dict[str, object] = {
+    'tank.shape': 'sphere', 'tank.radius': 0.9, 'tank.fill_ratio': 0.2, 'tank.modes': 3,
+    'tank.damping_ratio': 0.2,
+}  # fmt: skip
 REST = (0.0, 0.0, G)
 
 
@@ -59,10 +64,15 @@ class Drive:
     @property
     def action(self) -> float:
         """Energy of the first mode over its frequency."""
+        return self.action_under(1.0)
+
+    def action_under(self, gravity: float) -> float:
+        """Of waves under another gravity, over the standard one."""
         (tank,) = self.engine.tanks
         c = tank.coefficients
-        energy = 0.5 * c.mu[0] * (tank.beta_rate[0] ** 2 + (c.omega[0] * tank.beta[0]) ** 2)
-        return float(energy / c.omega[0])
+        omega = c.omega[0] * np.sqrt(gravity)
+        energy = 0.5 * c.mu[0] * (tank.beta_rate[0] ** 2 + (omega * tank.beta[0]) ** 2)
+        return float(energy / omega)
 
 
 # --- how the liquid goes on ----------------------------------------------------------------------
@@ -86,6 +96,21 @@ def test_a_free_wave_keeps_its_action_while_the_fill_changes_slowly(end: float) 
     # and neither the energy stays, nor what beta' alone would keep, beta^2 omega
     assert abs(drive.action * after.omega[0] / energy - 1.0) > 0.02
     assert abs(after.mu[0] / before.mu[0] - 1.0) > 0.02
+
+
+def test_a_free_wave_keeps_its_action_under_measured_gravity() -> None:
+    drive = Drive(BOX, tank__modes=1, model__gravity='measured')
+    up = (0.0, 0.0, 1.6 * G)
+    drive.on(1.0, (0.3, 0.0, 1.6 * G))
+    drive.on(0.5, up)
+    action, last, most = drive.action_under(1.6), 0.0, 0.0
+    for fill in np.linspace(0.7, 0.3, 120)[1:]:
+        drive.engine.set_fill('tank', float(fill))
+        drive.on(0.2, up)
+        last = drive.action_under(1.6) / action
+        most = max(most, abs(last - 1.0))
+    assert most < 0.01
+    assert abs(drive.action / action - last) > 0.05  # under another gravity it is another one
 
 
 def test_shallow_liquid_follows_greens_law() -> None:
@@ -309,6 +334,19 @@ def test_a_fill_set_before_the_first_sample_is_where_it_begins() -> None:
         assert a.total == pytest.approx(b.total, rel=1e-12, abs=1e-9)
 
 
+def test_a_fill_that_waits_outlives_another_mount() -> None:
+    turned = Pose(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.ones(3))
+    moved, there = Drive(BOX), Drive(BOX | {'tank.fill_ratio': 0.4})
+    moved.on(0.2, (0.5, 0.1, G))
+    moved.engine.set_fill('tank', 0.4)
+    for drive in (moved, there):
+        drive.engine.mount(turned)
+    assert moved.engine.fill_ratio('tank') == pytest.approx(0.4)
+    for _ in range(20):
+        a, b = moved.one((0.5, 0.1, G)), there.one((0.5, 0.1, G))
+        assert a.total == pytest.approx(b.total, rel=1e-12, abs=1e-9)
+
+
 def test_each_of_two_tanks_has_its_own_fill() -> None:
     """The other one goes on as it was; the wrenches of both add up to that of the vehicle."""
     both = {k.replace('tank.', f'{n}.'): v for n in ('a', 'b') for k, v in BOX.items()}
@@ -358,6 +396,38 @@ def test_a_pipe_is_filled_from_a_film_by_table() -> None:
         assert (high == 0.0) == (surface < 0.5)
         assert loads.total[2] == pytest.approx(-weight * fill, rel=1e-9)
     assert drive.engine.books['tank'].mass == pytest.approx(drive.engine.mass, abs=1e-6)
+
+
+def test_modes_that_come_with_more_liquid_are_settled_under_the_measured_gravity() -> None:
+    """The surface that settled before leans by s_y/s_z; so does what the new sway mode adds."""
+    drive = Drive(PIPE, model__gravity='measured', tank__damping_ratio=0.3)
+    force = (0.0, 0.08, 1.6 * G)
+    drive.on(8.0, force)
+    drive.engine.set_fill('tank', 0.02 * (1 + 1e-6))
+    loads = drive.one(force)
+    (tank,) = drive.engine.tanks
+    c = tank.coefficients
+    sway = c.names.index('y1')
+    slope = c.coupling[sway, 1] * force[1] / (c.mu[sway] * c.omega[sway] ** 2 * 1.6)
+    assert abs(loads.beta[sway]) == pytest.approx(abs(slope), rel=1e-4)
+    assert drive.on(2.0, force).beta[sway] == pytest.approx(loads.beta[sway], rel=1e-4)
+
+
+def test_a_sphere_is_filled_and_drained() -> None:
+    """From settled liquid to settled liquid, as solved for by itself at each fill."""
+    force = (0.4, 0.3, G)
+    drive = Drive(BALL)
+    drive.on(10.0, force)
+    for fill in (0.205, 0.5, 0.93, 0.995, 1.0, 0.0, 0.35):
+        drive.engine.set_fill('tank', fill)
+        loads = drive.on(10.0 if 0.01 < fill < 0.99 else 0.1, force)
+        assert loads.total[2] == pytest.approx(-1000.0 * 4 / 3 * np.pi * 0.9**3 * fill * G)
+        if 0.01 < fill < 0.99:
+            there = SloshEngine(SloshConfig.from_parameters(BALL | {'tank.fill_ratio': fill}))
+            expected = (there.settled + there.rigid[:, :3]) @ force
+            np.testing.assert_allclose(
+                loads.total, expected, rtol=0.0, atol=1e-4 * np.abs(expected).max()
+            )
 
 
 def test_a_tank_that_takes_seconds_for_every_fill_says_so() -> None:
