@@ -1,4 +1,4 @@
-"""What all tests share: DDS on loopback only, in a domain of their own."""
+"""What all tests share: DDS on loopback only, in a domain of their own; a cache of their own."""
 
 from __future__ import annotations
 
@@ -32,3 +32,11 @@ def _loopback_only(tmp_path_factory: pytest.TempPathFactory) -> None:
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(profile)
     os.environ['ROS_LOG_DIR'] = str(folder / 'log')
+
+
+@pytest.fixture(scope='session', autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Neither read nor write tables of the user; Matplotlib's list of fonts may stay."""
+    given = Path(os.environ.get('XDG_CACHE_HOME', '') or Path.home() / '.cache')
+    os.environ.setdefault('MPLCONFIGDIR', str(given / 'matplotlib'))
+    os.environ['XDG_CACHE_HOME'] = str(tmp_path_factory.mktemp('cache'))

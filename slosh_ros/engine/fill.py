@@ -32,6 +32,7 @@ from slosh_ros.engine.model import TankModel
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.hydro.fill_table import FILL_RANGE, FillTable, still
+from slosh_ros.hydro.table_cache import known_table
 from slosh_ros.tank import Capsule, Rectangle, Tank, UniformTank, UprightCylinder
 
 Array = NDArray[np.float64]
@@ -247,5 +248,5 @@ def _upright(tank: Tank) -> bool:
 
 @lru_cache(maxsize=16)
 def _table(tank: Tank, names: tuple[str, ...], points: tuple[tuple[float, ...], ...]) -> FillTable:
-    """Build the table of a tank once in a process; it is the same for any density."""
-    return FillTable(tank, names, np.array(points).reshape(-1, 3)).build()
+    """Find the table of a tank once in a process; it is the same for any density."""
+    return known_table(tank, names, np.array(points).reshape(-1, 3))

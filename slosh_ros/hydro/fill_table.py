@@ -39,6 +39,8 @@ from slosh_ros.tank.triangulation import corner_angles
 FILL_RANGE = (0.01, 0.99)
 FADING = 'fill table, fading'  # route of what is beyond
 TOLERANCE = 5e-5  # [-] of what a new node is missed by
+_HEIGHTS = 0.05  # weight of the error of heights at single points: they may miss by 1e-3
+_SPARSE = 4  # of so many samples of the crests one is enough: the ends, and a parabola at peaks
 _FIRST = 4  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
@@ -96,22 +98,28 @@ class _Node:
 
 @dataclass(eq=False)
 class _Interval:
-    """Nodes of an interval of t, and the polynomial through them."""
+    """
+    Nodes of an interval of t, and the polynomial through them.
+
+    Where the wall has a corner at its beginning, it is a polynomial in the root of the way from
+    there. Just above the corner, the wave at the wall changes as a broken power of that way. Just
+    below a corner there is nothing of that: the liquid does not know the wall above.
+    """
 
     begin: float
     end: float
     nodes: list[_Node]
+    at_corner: bool
     error: float = np.inf
     values: Array | None = None  # of all nodes, once there will be no more
 
     def weights(self, angle: float) -> Array:
         """Weights of the nodes' values at a place, shape (n,)."""
-        t = np.array([node.angle for node in self.nodes])
-        away = angle - t
+        known = self._way(np.array([node.angle for node in self.nodes]))
+        away = self._way(np.array(angle)) - known
         if not away.all():
             return np.asarray((away == 0.0).astype(float))
-        scale = 4.0 / (self.end - self.begin)
-        between = scale * (t[:, np.newaxis] - t) + np.eye(len(t))
+        between = 4.0 * (known[:, np.newaxis] - known) + np.eye(len(known))
         weights = 1.0 / (between.prod(axis=1) * away)
         return np.asarray(weights / weights.sum())
 
@@ -135,10 +143,15 @@ class _Interval:
         for edge in (self.begin, self.end):
             if edge not in t:
                 return edge
-        middle, half = (self.begin + self.end) / 2.0, (self.end - self.begin) / 2.0
-        places = middle - half * np.cos(np.linspace(0.0, np.pi, _CANDIDATES))
-        away = np.abs(places[:, np.newaxis] - t) / half
-        return float(places[np.log(np.maximum(away, 1e-300)).sum(axis=1).argmax()])
+        ways = (1.0 - np.cos(np.linspace(0.0, np.pi, _CANDIDATES))) / 2.0
+        away = np.abs(ways[:, np.newaxis] - self._way(t))
+        way = float(ways[np.log(np.maximum(away, 1e-300)).sum(axis=1).argmax()])
+        return self.begin + (self.end - self.begin) * (way**2 if self.at_corner else way)
+
+    def _way(self, angle: Array) -> Array:
+        """Way from the beginning, 0 to 1, in which the polynomial is one."""
+        share = (angle - self.begin) / (self.end - self.begin)
+        return np.sqrt(share) if self.at_corner else share
 
 
 class FillTable:
@@ -176,7 +189,7 @@ class FillTable:
         low, high = (self._angle(tank.depth(ratio)) for ratio in FILL_RANGE)
         corners = sorted(t for t in map(self._angle, _corners(tank)) if low < t < high)
         places = [low, *corners, high]
-        self._open = [_Interval(a, b, []) for a, b in itertools.pairwise(places)]
+        self._open = [_Interval(a, b, [], a > low) for a, b in itertools.pairwise(places)]
         self._done: list[_Interval] = []
         self._crossings = self._levels()
         self._crossed: list[_Node] = []
@@ -194,7 +207,8 @@ class FillTable:
         """
         Largest error of log omega, and of couplings and inertias over the largest of their kind.
 
-        It is that of each interval before its last node, which is more than what is left.
+        Heights of waves at single points, over the highest, may miss by 20 times as much. It is
+        that of each interval before its last node, which is more than what is left.
         """
         return max((part.error for part in self._done), default=np.inf)
 
@@ -241,15 +255,18 @@ class FillTable:
             key=lambda angle: abs(angle - (part.begin + part.end) / 2.0),
         )
         self._open[:1] = [
-            _Interval(a, b, [node for node in part.nodes if a <= node.angle <= b])
-            for a, b in ((part.begin, middle), (middle, part.end))
+            _Interval(a, b, [node for node in part.nodes if a <= node.angle <= b], at_corner)
+            for a, b, at_corner in (
+                (part.begin, middle, part.at_corner),
+                (middle, part.end, False),
+            )
         ]
 
     def _solved(self, angle: float) -> _Node:
         self.solutions += 1
         c = coefficients_of(self.tank, self._depth(angle), 1.0, self.names)
         unit = np.sqrt(np.sin(angle) / c.mu) / c.omega  # about the mean square of f, inverted
-        crests = c.surface_shapes[np.newaxis] if c.crests is None else c.crests
+        crests = c.surface_shapes[np.newaxis] if c.crests is None else c.crests[:, ::_SPARSE]
         friction = np.zeros(0) if c.wall_friction is None else np.log(c.wall_friction)
         parts = (
             np.log(c.omega),
@@ -277,9 +294,56 @@ class FillTable:
                 errors += (away.max(axis=0)[most > 0.0] / most[most > 0.0]).tolist()
             elif k == 2:
                 errors.append(float(away.max() / np.abs(b).max()))
-            elif k == 4:
-                errors.append(float((away.max(axis=(0, 1)) / np.abs(b).max(axis=(0, 1))).max()))
+            elif k == 4:  # the scale of mu and lambda; crests right at the wall follow slowly
+                highest = _highest(b)
+                errors.append(float(np.abs(_highest(a) / highest - 1.0).max()))
+                errors.append(_HEIGHTS * float((away.max(axis=(0, 1)) / highest).max()))
         return max(errors)
+
+    # --- storing ---
+
+    def stored(self) -> dict[str, Array]:
+        """Return all that was found, once it is ready."""
+        parts, nodes = self._done, [node for part in self._done for node in part.nodes]
+        nodes += self._crossed
+        sizes = nodes[0].sizes
+        return {
+            'intervals': np.array([[p.begin, p.end, p.at_corner, p.error] for p in parts]),
+            'counts': np.array([len(part.nodes) for part in parts]),
+            'angles': np.array([node.angle for node in nodes]),
+            'dimensions': np.array([len(size) for size in sizes]),
+            'sizes': np.concatenate([np.array(size, dtype=np.intp) for size in sizes]),
+            'values': np.stack([node.values for node in nodes]),
+            'at_points': np.stack([node.at_points for node in nodes]),
+            'solutions': np.array(self.solutions),
+        }
+
+    def restore(self, stored: dict[str, Array]) -> None:
+        """
+        Take up what was found by a table for the same.
+
+        Raises
+        ------
+        LookupError, ValueError
+            If something is missing or does not fit.
+        """
+        flat = np.split(stored['sizes'], np.cumsum(stored['dimensions'])[:-1])
+        sizes = tuple(tuple(int(n) for n in size) for size in flat)
+        columns = zip(
+            stored['angles'].tolist(), stored['values'], stored['at_points'], strict=True
+        )
+        nodes = [_Node(angle, sizes, *arrays) for angle, *arrays in columns]
+        ends = np.cumsum(stored['counts']).tolist()
+        rows = zip(stored['intervals'].tolist(), [0, *ends[:-1]], ends, strict=True)
+        self._done = [
+            _Interval(a, b, nodes[i:j], bool(at_corner), error, stored['values'][i:j])
+            for (a, b, at_corner, error), i, j in rows
+        ]
+        self._crossed = nodes[ends[-1] :]
+        if len(self._crossed) != len(self._crossings):
+            raise ValueError('other points of pressure')
+        self._open, self._crossings = [], []
+        self.solutions = int(stored['solutions'])
 
     # --- reading ---
 
@@ -309,7 +373,7 @@ class FillTable:
         omega, coupling, inertia, friction, crests, shapes, points, gaps = (
             self._done[0].nodes[0].parts(self._values(angle))
         )
-        highest = np.max([peaks(piece) for piece in crests], axis=0)
+        highest = _highest(crests)
         mass = density * liquid.volume
         mu = density * np.sin(angle) / (highest * np.exp(omega)) ** 2
         return ModalCoefficients(
@@ -423,6 +487,11 @@ class _AtPoints:
     def stokes_joukowski(self, points: Array) -> Array:
         """Potentials Omega_4, Omega_5, Omega_6 of rotation, shape (p, 3) [m^2]."""
         return self.omega[self._which(points)]
+
+
+def _highest(crests: Array) -> Array:
+    """Largest modulus of each mode on all lines, shape (n,)."""
+    return np.asarray(np.max([peaks(line) for line in crests], axis=0))
 
 
 def _curve(t: Array, values: Array) -> Callable[[float], Array]:
