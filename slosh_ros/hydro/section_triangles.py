@@ -99,13 +99,16 @@ def polygon_functions(
     outline = section.liquid_outline(depth)
     if not section.is_symmetric:
         mesh = _mesh(outline, False, wave_numbers[1], resolution)
-        return (_reduced(mesh, Parity.NONE, wave_numbers),)
+        return (_reduced(mesh, _integrals(mesh), Parity.NONE, wave_numbers),)
     # y > 0 is below zero once turned clockwise
     turned = np.stack([outline[:, 1], -outline[:, 0]], axis=1)
     (half,) = below(turned, ROUNDING * max(section.bounding_box))
     right = np.stack([-half[:, 1], half[:, 0]], axis=1) + 0.0
     mesh = _mesh(right, True, wave_numbers[1], resolution)
-    return tuple(_reduced(mesh, parity, wave_numbers) for parity in (Parity.EVEN, Parity.ODD))
+    integrals = _integrals(mesh)
+    return tuple(
+        _reduced(mesh, integrals, parity, wave_numbers) for parity in (Parity.EVEN, Parity.ODD)
+    )
 
 
 # --- shape functions on a triangle ---------------------------------------------------------------
@@ -476,9 +479,10 @@ def _pieces(sides: Array) -> list[tuple[float, float]]:
 # --- the reduced basis ---------------------------------------------------------------------------
 
 
-def _reduced(mesh: _Mesh, parity: Parity, wave_numbers: tuple[float, float]) -> SectionFunctions:
+def _reduced(
+    mesh: _Mesh, integrals: _Integrals, parity: Parity, wave_numbers: tuple[float, float]
+) -> SectionFunctions:
     """Few combinations of the functions that hold the solutions for all k."""
-    integrals = _integrals(mesh)
     both = 1.0 if parity == Parity.NONE else 2.0  # halves of the section
     inside = np.ones(mesh.count, dtype=bool)
     if parity == Parity.ODD:
@@ -606,6 +610,12 @@ class _Finder:
     def _found(self, points: Array) -> tuple[Indices, Array]:
         """Return triangles, and places L in them, shape (3, p)."""
         corners = self.mesh.points[self.mesh.triangles]
+        # of points of the free surface, few triangles are near
+        slack = _FOUND * np.ptp(self.mesh.points[:, 0])
+        low, high = points.min(axis=0) - slack, points.max(axis=0) + slack
+        near = np.all((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high), axis=1)
+        near = np.flatnonzero(near) if near.any() else np.arange(len(corners))
+        corners = corners[near]
         # L of a point is linear in it
         affine = np.linalg.inv(np.concatenate([corners, np.ones((len(corners), 3, 1))], axis=2))
         every = np.column_stack([points, np.ones(len(points))])
@@ -618,8 +628,8 @@ class _Finder:
         place = np.clip(np.einsum('pc,pca->ap', every, affine[triangle]), 0.0, None)
         place /= place.sum(axis=0)
         reached = np.einsum('ap,pac->pc', place, corners[triangle])
-        far = np.hypot(*(points - reached).T) > _FOUND * np.ptp(self.mesh.points[:, 0])
+        far = np.hypot(*(points - reached).T) > slack
         if far.any():
             y, z = points[far][0]
             raise InputError(f'the section has no liquid at y = {y:g} m, z = {z:g} m from O')
-        return triangle, place
+        return near[triangle], place
