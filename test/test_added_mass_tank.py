@@ -268,3 +268,13 @@ def test_node_runs_from_a_file_beside_its_parameter_file(folder: Path, tmp_path:
             _, loads = feed_message(offline, message, 0)
             assert rig.wrench_of(sloshing) == loads.wrench.tolist()
             assert rig.wrench_of(total) == loads.total.tolist()
+
+
+def test_its_fill_cannot_change_while_it_runs(folder: Path) -> None:
+    engine = SloshEngine(SloshConfig.from_file(folder / 'box.yaml'))
+    engine.prepare_fills()  # of the other tanks, if there were any
+    with pytest.raises(
+        InputError, match=r'fill of tank cannot change .* added mass of tank.added_mass_file'
+    ):
+        engine.set_fill('tank', 0.5)
+    assert engine.fill_ratio('tank') == pytest.approx(0.6)

@@ -33,7 +33,14 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.hydro.fill_table import FILL_RANGE, FillTable, still
 from slosh_ros.hydro.table_cache import known_table
-from slosh_ros.tank import Capsule, Rectangle, Tank, UniformTank, UprightCylinder
+from slosh_ros.tank import (
+    Capsule,
+    KnownLiquid,
+    Rectangle,
+    Tank,
+    UniformTank,
+    UprightCylinder,
+)
 
 Array = NDArray[np.float64]
 
@@ -117,11 +124,15 @@ class LiveFill:
         """
         config = self.config
         if not self.changeable:
-            raise InputError(
-                f'the fill of {config.name} cannot change while it runs: of a {config.tank.shape} '
-                'tank like this every fill takes its own solution of some seconds; start again '
-                f'with another {config.name}.fill_ratio'
+            name, tank = config.name, config.tank
+            why = (
+                f'the added mass of {name}.added_mass_file is that of one fill; start again with '
+                'the file of another'
+                if isinstance(tank, KnownLiquid)
+                else f'of a {tank.shape} tank like this every fill takes its own solution of some '
+                f'seconds; start again with another {name}.fill_ratio'
             )
+            raise InputError(f'the fill of {name} cannot change while it runs: {why}')
         if self.ready:
             return
         self._names = self._all_names()
