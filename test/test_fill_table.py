@@ -23,6 +23,7 @@ PIPE = cylinder_x(1.2, 4.0)
 POINTS = np.array([[1.9, 0.1, -1.05], [0.3, 1.19, 0.1]])
 BALL = sphere(0.9)
 TRAPEZIUM = section_x([-0.6, 0.0, 0.6, 0.0, 1.0, 1.2, -1.0, 1.2], 3.0)
+HEXAGON = section_x([-0.5, 0.0, 0.5, 0.0, 0.9, 0.5, 0.5, 1.0, -0.5, 1.0, -0.9, 0.5], 2.0)
 FILLS = (0.011, 0.2, 0.43, 0.7, 0.985)
 
 
@@ -34,6 +35,11 @@ def pipe() -> FillTable:
 @cache
 def trapezium() -> FillTable:
     return FillTable(TRAPEZIUM, NAMES).build()
+
+
+@cache
+def hexagon() -> FillTable:
+    return FillTable(HEXAGON, NAMES).build()
 
 
 @cache
@@ -124,6 +130,17 @@ def test_coefficients_go_on_smoothly_over_the_ends_of_intervals() -> None:
             scale = np.abs(rows[1]).max()
             assert np.abs(rows[2] - 2.0 * rows[1] + rows[0]).max() < 1e-8 * scale
             assert np.abs(rows[2] - rows[0]).max() < 1e-3 * scale
+
+
+@pytest.mark.parametrize(('fill_ratio', 'off'), [(0.503, 1e-3), (0.53, 1e-4)])
+def test_above_a_corner_of_the_wall(fill_ratio: float, off: float) -> None:
+    """The scale of the shapes is worse just above it, what does not depend on it is not."""
+    found, expected = hexagon().at(fill_ratio, DENSITY), direct(HEXAGON, fill_ratio)
+    assert found.omega == pytest.approx(expected.omega, rel=1e-4)
+    moved = expected.mass_moved
+    assert found.mass_moved == pytest.approx(moved, rel=0.0, abs=1e-4 * moved.max())
+    assert found.mu == pytest.approx(expected.mu, rel=off)
+    assert hexagon().solutions <= 28  # without crowding 35
 
 
 @pytest.mark.parametrize('fill_ratio', [0.43, 0.7, 0.985])
