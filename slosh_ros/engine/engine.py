@@ -165,8 +165,9 @@ class SloshEngine:
         self._fills = {
             tank.config.name: LiveFill(tank.config, tank.coefficients) for tank in self.tanks
         }
+        # as they are set: through the depth they come back with rounding
         self._ratios = {
-            tank.config.name: tank.coefficients.liquid.fill_ratio for tank in self.tanks
+            tank.config.name: round(tank.coefficients.liquid.fill_ratio, 12) for tank in self.tanks
         }
         self._wanted: dict[str, TankModel] = {}  # what the next sample finds changed
         self.books = {tank.config.name: Books(tank.coefficients.mass) for tank in self.tanks}
@@ -250,8 +251,7 @@ class SloshEngine:
 
     def fill_ratio(self, tank: str) -> float:
         """Fraction of the volume of a tank that is filled, as from the next sample on."""
-        models = {model.config.name: model for model in self.tanks} | self._wanted
-        return models[tank].coefficients.liquid.fill_ratio
+        return self._ratios[tank]
 
     def prepare_fills(self) -> None:
         """
