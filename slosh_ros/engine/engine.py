@@ -266,6 +266,20 @@ class SloshEngine:
             if fill.changeable:
                 fill.prepare()
 
+    def checked_fill(self, tank: str, ratio: object) -> float:
+        """
+        Return a fill that :meth:`set_fill` takes.
+
+        Raises
+        ------
+        InputError
+            If there is no such tank, the ratio is none, or the tank can only have one fill.
+        """
+        checked = checked_ratio(tank, ratio, list(self._fills))
+        if checked != self._ratios[tank]:
+            self._fills[tank].check_changeable()
+        return checked
+
     def set_fill(self, tank: str, ratio: float) -> None:
         """
         Fill or drain a tank; the next sample finds it so.
@@ -285,7 +299,7 @@ class SloshEngine:
         InputError
             If there is no such tank, the ratio is none, or the tank can only have one fill.
         """
-        ratio = checked_ratio(tank, ratio, list(self._fills))
+        ratio = self.checked_fill(tank, ratio)
         if ratio == self._ratios[tank]:
             return
         fill, config = self._fills[tank], self.config
