@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,10 @@ HEADS = """/**:
     tanks: [heads, box]
     heads: {shape: cylinder_x, radius: 0.8, length: 3.0, head_depth: 0.3, fill_ratio: 0.0}
     box: {shape: rectangular, length: 4.0, width: 2.0, height: 1.5, fill_ratio: 0.5, modes: 4}
+"""
+SPHERE = """/**:
+  ros__parameters:
+    tank: {shape: sphere, radius: 0.9, fill_ratio: 0.5, modes: 8}
 """
 
 
@@ -209,3 +214,49 @@ def test_each_tank_has_its_own_fill_and_samples_go_on_while_one_is_computed(tmp_
             weight = -wrench_of(total)[2]
         seen = diagnostics(driver)
         assert (seen['front.fill_ratio'], seen['rear.fill_ratio']) == ('0.8000', '0.2500')
+
+
+def test_samples_do_not_wait_while_the_liquid_at_other_fills_is_computed(tmp_path: Path):
+    """The first fill of a sphere takes seconds of computing, a sensor of 100 Hz goes on."""
+    file = tmp_path / 'tank.yaml'
+    file.write_text(SPHERE)
+    reliable = '/imu/data.subscription.reliability:=reliable'
+    with (
+        NodeProcess(
+            'slosh_node', tmp_path / 'node.log', '--params-file', str(file),
+            '-p', f'qos_overrides.{reliable}',
+        ) as node,
+        Driver() as driver,
+    ):  # fmt: skip
+        node.wait_for('ready')
+        driver.wait_for_node()
+        driver.exchange(imu(START))
+        fills = Fills(driver, 'slosh_node/fill')
+        answers = driver.received['wrench_total']
+        waits, sent = [], {}
+
+        def one(k: int) -> float:
+            """Send a sample at its time and note how long the answers that came have taken."""
+            message = imu(START + k * STEP)
+            sent[message.header.stamp.nanosec, message.header.stamp.sec] = time.monotonic()
+            driver.publisher.publish(message)
+            until = begin + k * STEP / NANOSECONDS
+            while (left := until - time.monotonic()) > 0.0:
+                seen = len(answers)
+                driver.spin_for(min(left, 0.002))
+                for answer in answers[seen:]:
+                    at = answer.header.stamp.nanosec, answer.header.stamp.sec
+                    waits.append(time.monotonic() - sent.pop(at))
+            return -wrench_of(answers[-1])[2]
+
+        begin = time.monotonic()
+        for k in range(1, 100):
+            full = one(k)
+        assert 'is being computed' not in node.output
+        waits.clear()
+        fills.fill(0.25)
+        while abs(one(k := k + 1) / full - 0.5) > 1e-6:
+            assert k < 6000
+        assert 'is being computed' in node.output
+        assert len(waits) > 30
+        assert np.median(waits) < 0.05

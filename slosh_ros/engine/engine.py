@@ -276,8 +276,9 @@ class SloshEngine:
             If there is no such tank, the ratio is none, or the tank can only have one fill.
         """
         checked = checked_ratio(tank, ratio, list(self._fills))
-        if checked != self._ratios[tank]:
-            self._fills[tank].check_changeable()
+        fill = self._fills[tank]
+        if checked != self._ratios[tank] and not fill.changeable:
+            fill.prepare()  # tells why
         return checked
 
     def set_fill(self, tank: str, ratio: float) -> None:

@@ -105,23 +105,6 @@ class LiveFill:
         """Largest relative error of frequencies, couplings and inertias; 0 of closed forms."""
         return self._table.error if self._table is not None else 0.0
 
-    def check_changeable(self) -> None:
-        """
-        Refuse a tank whose fill cannot be changed.
-
-        Raises
-        ------
-        InputError
-            If it cannot.
-        """
-        config = self.config
-        if not self.changeable:
-            raise InputError(
-                f'the fill of {config.name} cannot change while it runs: of a {config.tank.shape} '
-                'tank like this every fill takes its own solution of some seconds; start again '
-                f'with another {config.name}.fill_ratio'
-            )
-
     def prepare(self) -> None:
         """
         Solve for the fills between which is interpolated; takes seconds, in any thread.
@@ -132,7 +115,12 @@ class LiveFill:
             If the liquid cannot be computed at some fill.
         """
         config = self.config
-        self.check_changeable()
+        if not self.changeable:
+            raise InputError(
+                f'the fill of {config.name} cannot change while it runs: of a {config.tank.shape} '
+                'tank like this every fill takes its own solution of some seconds; start again '
+                f'with another {config.name}.fill_ratio'
+            )
         if self.ready:
             return
         self._names = self._all_names()
@@ -158,7 +146,8 @@ class LiveFill:
             Fraction of the volume, 0 to 1.
         """
         config = self.config
-        self.check_changeable()
+        if not self.changeable:
+            self.prepare()
         if fill_ratio in (0.0, 1.0):
             return still(config.tank, fill_ratio, config.density), 1.0
         if _upright(config.tank):
