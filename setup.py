@@ -67,9 +67,9 @@ setup(
     entry_points={
         'console_scripts': [
             f'slosh = {NAME}.cli:main',
-            f'slosh_node = {NAME}.ros.slosh_node:main',
-            f'vehicle_node = {NAME}.ros.vehicle_node:main',
-            f'rollover_node = {NAME}.ros.rollover_node:main',
+            f'slosh_node = {NAME}.ros.start:slosh_node',
+            f'vehicle_node = {NAME}.ros.start:vehicle_node',
+            f'rollover_node = {NAME}.ros.start:rollover_node',
         ]
     },
     zip_safe=False,

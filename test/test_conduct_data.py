@@ -6,6 +6,7 @@ import itertools
 import math
 import random
 import re
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -13,13 +14,18 @@ import pytest
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
 from conduct_rig import START, STEP, TANK, Conversation, conversation, drive, lively
+from conftest import REPOSITORY
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from rclpy.serialization import serialize_message
-from ros_rig import imu
+from ros_rig import QOS, Driver, NodeProcess, call, diagnostics, imu, wrench_of
 from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 from test_conduct_fuzz import Adversary
 
 from slosh_ros.engine import SloshEngine, Verdict, feed_message
+from slosh_ros.ros.runtime import RCLError
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -206,3 +212,57 @@ def test_bytes_that_are_no_message_leave_no_trace(talk):
     counts = {v.key: v.value for v in report.values}
     assert int(counts['rejected: bytes that are no sensor_msgs/msg/Imu']) > len(bad) / 2
     assert 'Traceback' not in talk.node.output
+
+
+FILL = {'slosh_node/fill': Float64}
+TYPED = {
+    'twist': ('slosh_node', {'twist': Twist} | FILL, 'input.twist_stamped:=false'),
+    'stamped twist': ('slosh_node', {'twist': TwistStamped}, 'input.twist_stamped:=true'),
+    'rollover': ('rollover_node', {'imu/data': Imu, 'slosh_node/wrench': WrenchStamped}, ''),
+}
+
+
+@pytest.mark.parametrize('name', TYPED)
+def test_bytes_that_are_no_message_do_not_end_a_node(tmp_path, name):
+    """Where rclpy makes the messages itself; whatever it makes of them, good ones are taken."""
+    module, topics, option = TYPED[name]
+    file = tmp_path / 'tank.yaml'
+    file.write_text(TANK)
+    arguments = ['--params-file', str(file)]
+    if option:
+        arguments += ['-p', 'input.source:=twist', '-p', option]
+    else:
+        arguments += ['--params-file', str(REPOSITORY / 'config' / 'rollover.yaml')]
+    with NodeProcess(module, tmp_path / 'node.log', *arguments) as node, Driver() as driver:
+        node.wait_for('ready')
+        for topic, kind in topics.items():
+            publisher = driver.node.create_publisher(kind, topic, QOS)
+            driver.spin_until(lambda p=publisher: p.get_subscription_count() > 0)
+            for content in spoilt(kind()):
+                with suppress(RCLError):  # more than DDS itself takes for such a message
+                    publisher.publish(content)
+            driver.spin_for(0.3)
+            if topic == 'twist':
+                call(driver, Trigger, 'slosh_node/reset', Trigger.Request())
+                good = kind()
+                if kind is TwistStamped:
+                    good.header.stamp.sec = 100
+                driver.publisher = publisher
+                _, total = driver.exchange(good)
+                weight = 8.0 * 2.0 * 0.8 * 1000.0 * 9.81
+                assert wrench_of(total) == pytest.approx([0, 0, -weight, 0, 0, 0], abs=1e-6)
+        assert diagnostics(driver)['message']
+        assert node.stop() == 0
+        assert 'Traceback' not in node.output
+
+
+def spoilt(message: object) -> list[bytes]:
+    """Cut a message short, let its lengths lie, fill it with any bytes and no text."""
+    whole, dice = serialize_message(message), random.Random(5)
+    bad = [whole[:n] for n in range(4, len(whole), 5)]
+    bad += [whole[:12] + dice.randbytes(4) + whole[16:] for _ in range(10)]
+    bad += [whole[:4] + dice.randbytes(n) for n in range(0, 400, 20)]
+    if hasattr(message, 'header'):
+        message.header.frame_id = 'no text!'
+        bad.append(serialize_message(message).replace(b'no text!', b'\xff' * 8))
+    return bad

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
@@ -138,6 +139,34 @@ def test_signals_end_a_node_that_is_in_full_flow(tmp_path, config, numbers):
         assert node.exit_code() == 0
         assert 'Traceback' not in node.output
         assert 'rror' not in node.output
+
+
+START_UP = 'from slosh_ros.ros.start import {0}; {0}()'
+
+
+@pytest.mark.skipif(sys.platform != 'linux', reason='asks /proc for what is caught')
+@pytest.mark.parametrize('name', ['slosh_node', 'vehicle_node', 'rollover_node'])
+def test_ctrl_c_while_it_starts_is_no_error(name):
+    """At any moment from the first on, before ROS and SciPy are imported, too."""
+    for delay in (0.0, 0.1, 0.3, 0.6, 1.0):
+        process = subprocess.Popen(
+            [sys.executable, '-c', START_UP.format(name)],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
+        while not catches(process.pid, signal.SIGTERM):
+            assert process.poll() is None
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=20.0)[0]
+        # without a tank the last ones may have ended by themselves
+        assert process.returncode == 0 or said.startswith('error: '), said
+        assert 'Traceback' not in said
+
+
+def catches(pid: int, number: int) -> bool:
+    """Tell whether a process has a handler for a signal, which Python has for few."""
+    (caught,) = re.findall(r'SigCgt:\s*(\w+)', Path(f'/proc/{pid}/status').read_text())
+    return bool(int(caught, 16) >> (number - 1) & 1)
 
 
 WRONG_FILES = {

@@ -173,6 +173,28 @@ def test_tanks_that_lean_differently_have_a_gravity_each():
         np.testing.assert_allclose(part(both), total, atol=1e-9 * np.abs(total).max())
 
 
+def test_tanks_that_lean_differently_may_all_be_empty_or_full():
+    """No mode is left then that gravity could act on."""
+    own = {
+        key.replace('tank.', f'{name}.'): value
+        for name in 'ab'
+        for key, value in RECTANGLE.items()
+    }
+    own |= {'tanks': ['a', 'b'], 'b.rpy': [0.5, 0.0, 0.0], 'model.gravity': 'measured'}
+    engine = SloshEngine(SloshConfig.from_parameters(own))
+    for k, (a, b) in enumerate([(0.5, 0.5), (0.0, 0.5), (0.0, 1.0), (1.0, 1.0), (0.5, 0.0)]):
+        engine.set_fill('a', a)
+        engine.set_fill('b', b)
+        for step in range(3):
+            _, loads = engine.feed(
+                MotionSample.from_imu(
+                    START + (10 * k + step) * SECOND // 100, (0.3, 0.2, G), [0.0] * 3
+                )
+            )
+            assert np.isfinite(loads.total).all()
+            assert np.isfinite(loads.wrench).all()
+
+
 def test_a_twist_knows_no_other_gravity():
     engine = measured(input__source='twist')
     plain = engine_of(input__source='twist')

@@ -293,6 +293,16 @@ def test_the_same_fill_changes_nothing_at_all() -> None:
     assert other.engine.books['tank'].received == 0.0
 
 
+@pytest.mark.parametrize('fill', [0.1, 0.3, 1.0 / 3.0, 0.55])
+def test_a_fill_is_told_as_it_was_set(fill: float) -> None:
+    """Without the rounding on its way through the depth: nobody takes it for another one."""
+    drive = Drive({**BOX, 'tank.fill_ratio': 0.3})
+    assert drive.engine.fill_ratio('tank') == 0.3
+    drive.engine.set_fill('tank', fill)
+    drive.one()
+    assert drive.engine.fill_ratio('tank') == fill
+
+
 def test_the_last_word_before_a_sample_counts() -> None:
     one, other = Drive(BOX), Drive(BOX)
     for drive, fills in ((one, [0.1, 0.9, 0.5]), (other, [0.5])):

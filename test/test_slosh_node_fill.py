@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,16 @@ TANKS = """/**:
     front: {xyz: [3.0, 0.0, 1.0], shape: cylinder_z, radius: 0.8, height: 1.5, fill_ratio: 0.5}
     rear: {xyz: [-3.0, 0.0, 1.0], shape: cylinder_x, radius: 0.8, length: 3.0, fill_ratio: 0.5,
            modes: 2}
+"""
+HEADS = """/**:
+  ros__parameters:
+    tanks: [heads, box]
+    heads: {shape: cylinder_x, radius: 0.8, length: 3.0, head_depth: 0.3, fill_ratio: 0.0}
+    box: {shape: rectangular, length: 4.0, width: 2.0, height: 1.5, fill_ratio: 0.5, modes: 4}
+"""
+SPHERE = """/**:
+  ros__parameters:
+    tank: {shape: sphere, radius: 0.9, fill_ratio: 0.5, modes: 8}
 """
 
 
@@ -103,6 +114,10 @@ def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same(tmp_path: P
             )
         assert len(liquids) == 6  # what does not change is not told again
         driver.spin_until(lambda: diagnostics(driver)['tank.fill_ratio'] == '0.6000')
+        seen = diagnostics(driver)  # 12000 kg when full; what came less what went is what is there
+        assert seen['tank.mass [kg]'] == '7200.000'
+        assert float(seen['tank.received so far [kg]']) == pytest.approx(2400.0 + 12000.0)
+        assert float(seen['tank.released so far [kg]']) == pytest.approx(3600.0 + 2 * 4800.0)
         value = call(
             driver, GetParameters, 'slosh_node/get_parameters',
             GetParameters.Request(names=['tank.fill_ratio']),
@@ -146,6 +161,36 @@ def test_bad_fills_are_refused_in_words_and_change_nothing(tmp_path: Path):
         assert diagnostics(driver)['tank.fill_ratio'] == '0.5000'
 
 
+def test_the_parameter_of_a_tank_that_can_only_have_one_fill_is_refused(tmp_path: Path):
+    """It must not tell a fill that is not there."""
+    file = tmp_path / 'tank.yaml'
+    file.write_text(HEADS)
+    with (
+        NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(file)) as node,
+        Driver() as driver,
+    ):
+        node.wait_for('ready')
+        for name, successful in (('heads', False), ('box', True), ('heads', False)):
+            parameter = Parameter(f'{name}.fill_ratio', value=0.4).to_parameter_msg()
+            (result,) = call(
+                driver, SetParameters, 'slosh_node/set_parameters',
+                SetParameters.Request(parameters=[parameter]),
+            ).results  # fmt: skip
+            assert result.successful == successful
+            assert successful or 'fill of heads cannot change while it runs' in result.reason
+        driver.wait_for_node()
+        fills = Fills(driver, 'slosh_node/heads/fill')
+        fills.fill(0.4)
+        node.wait_for('fill of heads cannot change')
+        _, total = driver.exchange(imu(START))
+        assert wrench_of(total)[2] == pytest.approx(-0.4 * 4.0 * 2.0 * 1.5 * 1000.0 * 9.81)
+        told = call(
+            driver, GetParameters, 'slosh_node/get_parameters',
+            GetParameters.Request(names=['heads.fill_ratio', 'box.fill_ratio']),
+        ).values  # fmt: skip
+        assert [value.double_value for value in told] == [0.0, 0.4]
+
+
 def test_each_tank_has_its_own_fill_and_samples_go_on_while_one_is_computed(tmp_path: Path):
     file = tmp_path / 'tanks.yaml'
     file.write_text(TANKS)
@@ -169,3 +214,49 @@ def test_each_tank_has_its_own_fill_and_samples_go_on_while_one_is_computed(tmp_
             weight = -wrench_of(total)[2]
         seen = diagnostics(driver)
         assert (seen['front.fill_ratio'], seen['rear.fill_ratio']) == ('0.8000', '0.2500')
+
+
+def test_samples_do_not_wait_while_the_liquid_at_other_fills_is_computed(tmp_path: Path):
+    """The first fill of a sphere takes seconds of computing, a sensor of 100 Hz goes on."""
+    file = tmp_path / 'tank.yaml'
+    file.write_text(SPHERE)
+    reliable = '/imu/data.subscription.reliability:=reliable'
+    with (
+        NodeProcess(
+            'slosh_node', tmp_path / 'node.log', '--params-file', str(file),
+            '-p', f'qos_overrides.{reliable}',
+        ) as node,
+        Driver() as driver,
+    ):  # fmt: skip
+        node.wait_for('ready')
+        driver.wait_for_node()
+        driver.exchange(imu(START))
+        fills = Fills(driver, 'slosh_node/fill')
+        answers = driver.received['wrench_total']
+        waits, sent = [], {}
+
+        def one(k: int) -> float:
+            """Send a sample at its time and note how long the answers that came have taken."""
+            message = imu(START + k * STEP)
+            sent[message.header.stamp.nanosec, message.header.stamp.sec] = time.monotonic()
+            driver.publisher.publish(message)
+            until = begin + k * STEP / NANOSECONDS
+            while (left := until - time.monotonic()) > 0.0:
+                seen = len(answers)
+                driver.spin_for(min(left, 0.002))
+                for answer in answers[seen:]:
+                    at = answer.header.stamp.nanosec, answer.header.stamp.sec
+                    waits.append(time.monotonic() - sent.pop(at))
+            return -wrench_of(answers[-1])[2]
+
+        begin = time.monotonic()
+        for k in range(1, 100):
+            full = one(k)
+        assert 'is being computed' not in node.output
+        waits.clear()
+        fills.fill(0.25)
+        while abs(one(k := k + 1) / full - 0.5) > 1e-6:
+            assert k < 6000
+        assert 'is being computed' in node.output
+        assert len(waits) > 30
+        assert np.median(waits) < 0.05

@@ -165,8 +165,9 @@ class SloshEngine:
         self._fills = {
             tank.config.name: LiveFill(tank.config, tank.coefficients) for tank in self.tanks
         }
+        # as they are set: through the depth they come back with rounding
         self._ratios = {
-            tank.config.name: tank.coefficients.liquid.fill_ratio for tank in self.tanks
+            tank.config.name: round(tank.coefficients.liquid.fill_ratio, 12) for tank in self.tanks
         }
         self._wanted: dict[str, TankModel] = {}  # what the next sample finds changed
         self.books = {tank.config.name: Books(tank.coefficients.mass) for tank in self.tanks}
@@ -250,8 +251,7 @@ class SloshEngine:
 
     def fill_ratio(self, tank: str) -> float:
         """Fraction of the volume of a tank that is filled, as from the next sample on."""
-        models = {model.config.name: model for model in self.tanks} | self._wanted
-        return models[tank].coefficients.liquid.fill_ratio
+        return self._ratios[tank]
 
     def prepare_fills(self) -> None:
         """
@@ -265,6 +265,21 @@ class SloshEngine:
         for fill in self._fills.values():
             if fill.changeable:
                 fill.prepare()
+
+    def checked_fill(self, tank: str, ratio: object) -> float:
+        """
+        Return a fill that :meth:`set_fill` takes.
+
+        Raises
+        ------
+        InputError
+            If there is no such tank, the ratio is none, or the tank can only have one fill.
+        """
+        checked = checked_ratio(tank, ratio, list(self._fills))
+        fill = self._fills[tank]
+        if checked != self._ratios[tank] and not fill.changeable:
+            fill.prepare()  # tells why
+        return checked
 
     def set_fill(self, tank: str, ratio: float) -> None:
         """
@@ -285,7 +300,7 @@ class SloshEngine:
         InputError
             If there is no such tank, the ratio is none, or the tank can only have one fill.
         """
-        ratio = checked_ratio(tank, ratio, list(self._fills))
+        ratio = self.checked_fill(tank, ratio)
         if ratio == self._ratios[tank]:
             return
         fill, config = self._fills[tank], self.config

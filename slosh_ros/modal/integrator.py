@@ -126,7 +126,7 @@ class ModalIntegrator:
         stretch = root / self._root - 1.0
         self._amplitude = self._amplitude + (stretch * self._amplitude.imag) * self._turn
         self._root = root
-        self._fastest = self._fastest_at_rest * float(np.max(root))
+        self._fastest = self._fastest_at_rest * float(np.max(root, initial=0.0))
         self._pole = root * self._pole_at_rest
         self._damped = self._pole.imag
         self._interval = 0.0

@@ -100,8 +100,11 @@ class Watch:
             values['linear theory, worst so far'] = str(self._worst)
             values['samples beyond linear theory'] = self._beyond
         for tank in engine.tanks:
-            ratio = tank.coefficients.liquid.fill_ratio
-            values[f'{tank.config.name}.fill_ratio'] = f'{ratio:.4f}'
+            name, books = tank.config.name, engine.books[tank.config.name]
+            values[f'{name}.fill_ratio'] = f'{tank.coefficients.liquid.fill_ratio:.4f}'
+            values[f'{name}.mass [kg]'] = f'{tank.coefficients.mass:.3f}'
+            values[f'{name}.received so far [kg]'] = f'{books.received:.3f}'
+            values[f'{name}.released so far [kg]'] = f'{books.released:.3f}'
         values[f'publishers on {self._motion.topic}'] = self._motion.matched
         if self._motion.mismatch:
             values['QoS'] = self._motion.mismatch

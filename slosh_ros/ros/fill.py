@@ -13,7 +13,6 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64
 
 from slosh_ros.engine import SloshEngine
-from slosh_ros.engine.fill import checked_ratio
 from slosh_ros.errors import InputError
 from slosh_ros.ros.news import INFO, News
 
@@ -58,7 +57,7 @@ class FillInput:
         self._refuse = refuse
         self._names = [tank.config.name for tank in engine.tanks]
         self._wanted: dict[str, float] = {}  # until the coefficients are there
-        self._asked: dict[str, float] = {}  # by topics, until the parameters have followed
+        self._untold: set[str] = set()  # tanks whose parameter does not tell their fill
         self.changed = self._following = False
         self._preparation: Thread | None = None
         self._impossible = ''
@@ -74,10 +73,11 @@ class FillInput:
 
     def follow(self) -> None:
         """Let the parameters tell what the topics have set; call it now and then."""
-        asked, self._asked = self._asked, {}
+        settled = self._untold - self._wanted.keys()
+        self._untold -= settled
         values = [
-            Parameter(f'{name}.fill_ratio', value=ratio)
-            for name, ratio in asked.items()
+            Parameter(f'{name}.fill_ratio', value=self._engine.fill_ratio(name))
+            for name in settled
             if self._node.has_parameter(f'{name}.fill_ratio')
         ]
         if values:
@@ -91,7 +91,7 @@ class FillInput:
         except InputError as error:
             self._say_no(error)
         else:
-            self._asked[name] = message.data
+            self._untold.add(name)
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """All of them or none."""
@@ -106,11 +106,11 @@ class FillInput:
 
     def _ask(self, ratios: dict[str, float]) -> None:
         for name, ratio in ratios.items():
-            checked_ratio(name, ratio, self._names)
+            self._engine.checked_fill(name, ratio)
         if self._impossible:
             raise InputError(self._impossible)
         for name, ratio in ratios.items():
-            self._asked.pop(name, None)
+            self._untold.discard(name)
             self._wanted[name] = ratio
         if ratios and self._preparation is None:
             self._preparation = Thread(target=self._prepare, daemon=True)
@@ -125,22 +125,28 @@ class FillInput:
             self._engine.prepare_fills()
         except InputError as error:
             self._impossible = str(error)
+        except (ArithmeticError, MemoryError, RuntimeError, ValueError) as error:
+            self._impossible = f'the liquid at other fills could not be computed: {error}'
 
     def _apply(self) -> None:
         """Hand on what waits, once the liquid is known at every fill."""
         if self._preparation is None or self._preparation.is_alive():
             return
         wanted, self._wanted = self._wanted, {}
-        try:
-            if self._impossible and wanted:
-                raise InputError(self._impossible)
-            for name, ratio in wanted.items():
-                if ratio != self._engine.fill_ratio(name):
-                    self._engine.set_fill(name, ratio)
-                    self.changed = True
-                    self._news.tell(f'fill of {name}', f'{name} is filled to {ratio:.4g}', INFO)
-        except InputError as error:
-            self._say_no(error)
+        for name, ratio in wanted.items():
+            try:
+                self._fill(name, ratio)
+            except InputError as error:
+                self._untold.add(name)  # a parameter that was set tells of another one
+                self._say_no(error)
+
+    def _fill(self, name: str, ratio: float) -> None:
+        if self._impossible:
+            raise InputError(self._impossible)
+        if ratio != self._engine.fill_ratio(name):
+            self._engine.set_fill(name, ratio)
+            self.changed = True
+            self._news.tell(f'fill of {name}', f'{name} is filled to {ratio:.4g}', INFO)
 
     def _say_no(self, error: InputError) -> None:
         self._refuse(REFUSED)

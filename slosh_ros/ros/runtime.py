@@ -49,8 +49,8 @@ def run(
     """
     node: Node | None = None
     started = False
-    stop = _Stop()
     try:
+        stop = _Stop()
         # rclpy's own handlers would shut ROS down in the middle of a callback
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         started = True
