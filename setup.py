@@ -56,6 +56,7 @@ setup(
         'test': [
             'hypothesis>=6.98',
             'imageio-ffmpeg>=0.5',
+            'manifold3d>=2.3',
             'psutil>=5.9.8',
             'pytest>=7.4',
             'pytest-timeout>=2.2',

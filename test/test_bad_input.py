@@ -82,7 +82,7 @@ assert BOX in GOOD
         ((BOX, 'shape: cylinder_x\n      radius: 1.0\n      length: 4.0\n      head_depth: 1.5'), 'tank.head_depth is 1.5 m; it must lie between 0, flat ends, and the radius of 1 m'),
         ((BOX, 'shape: mesh'), 'tank.mesh_file is missing; a mesh tank needs mesh_file'),
         ((BOX, 'shape: mesh\n      mesh_file: nowhere.stl'), 'nowhere.stl, but there is no such file'),
-        ((BOX, 'shape: mesh\n      mesh_file: [1.0]'), 'tank.mesh_file is [1.0]; it takes a text'),
+        ((BOX, 'shape: mesh\n      mesh_file: [1.0]'), 'tank.mesh_file is [1.0]; it takes the name'),
         ((BOX, 'shape: mesh\n      mesh_file: tank.stl\n      mesh_scale: 0.0'), 'tank.mesh_scale is 0 [m]; it must be from 1e-06'),
         ((BOX, BOX.replace('rectangular', 'ellipse_x').replace('1.6', '0.0')), 'tank.height is 0 [m]; it must be from 1e-06'),
     ],
