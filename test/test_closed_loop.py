@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import signal
 from pathlib import Path
 
@@ -374,6 +375,9 @@ def test_slosh_node_killed_and_restarted(tmp_path, name, duration):
             vehicle.wait_for('s: the liquid answers\n')
             vehicle.wait_for('the manoeuvre is over', timeout=90.0)
             assert vehicle.exit_code() == 0, vehicle.output
+    said = [float(t) for t in re.findall(r'\[(\d+\.\d+)\] .*(?:answer|cargo is)', vehicle.output)]
+    assert len(said) > 2
+    assert np.diff(said).min() > 0.9  # however often it changes
     history = np.genfromtxt(log, delimiter=',', names=True)
     assert len(history) == 100 * duration + 1
     assert all(np.isfinite(history[name]).all() for name in history.dtype.names)

@@ -46,6 +46,7 @@ from slosh_ros.constants import GRAVITY, NANOSECONDS
 from slosh_ros.engine.convert import stamp_of
 from slosh_ros.errors import InputError
 from slosh_ros.parameters import resolved
+from slosh_ros.ros.news import News
 from slosh_ros.ros.parameters import declare_all, given_parameters
 from slosh_ros.ros.runtime import run
 from slosh_ros.ros.stability import LATCHED, StabilityTopics
@@ -72,6 +73,7 @@ class VehicleNode(Node):
         super().__init__('vehicle_node', automatically_declare_parameters_from_overrides=True)
         values = resolved(PARAMETERS, given_parameters(self))
         declare_all(self, PARAMETERS, values)
+        self._news = News(self.get_logger())
         self._scenario = Scenario.from_parameters(values.by_name)
         self._truck = self._scenario.simulator()
         self._told: dict[str, Any] = {}  # what slosh_node has latched, by topic
@@ -232,7 +234,7 @@ class VehicleNode(Node):
         if self._present.link is not self._link:
             self._link = self._present.link
             now = self._truck.time_ns * 1e-9
-            self.get_logger().warning(f't = {now:.2f} s: {self._link.value}')
+            self._news.tell(self._link.value, f't = {now:.2f} s: {self._link.value}')
 
     def _publish(self) -> None:
         stamp = CLOCK_START + self._truck.time_ns
@@ -251,6 +253,7 @@ class VehicleNode(Node):
         self._deadline = time.monotonic() + self._patience
 
     def _report(self) -> None:
+        self._news.flush()
         message = DiagnosticArray(status=[self._stability.status()])
         if not self._scenario.solid:
             message.status.append(self._exchange_status())
