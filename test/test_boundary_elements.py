@@ -12,7 +12,7 @@ from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import coefficients_of
 from slosh_ros.hydro.boundary_elements import BoundaryElements, Panels
-from slosh_ros.hydro.fit import SURGE, fit_family
+from slosh_ros.hydro.fit import SURGE, SWAY, fit_family
 from slosh_ros.hydro.frequency import rectangular_wall_ratio, total_added_mass
 from slosh_ros.tank import UniformTank, cylinder_x, rectangular, rounded_rectangle_x
 from slosh_ros.tank.surface import LiquidSurface
@@ -120,6 +120,21 @@ def test_the_whole_route_of_the_paper(pair: tuple[BoundaryElements, BoundaryElem
         )
     )
     assert np.all(np.abs(found - pivot) < [0.2, 0.1])
+
+
+def test_undamped_panels_give_their_own_poles_to_the_fit(
+    pair: tuple[BoundaryElements, BoundaryElements],
+) -> None:
+    """Without damping the added mass of panels is a sum over their own modes: nothing is lost."""
+    elements = pair[0]
+    for family, grid, own, exact in (
+        (SURGE, 0.1 * np.arange(1, 36), [0, 2], [8539.88, 765.59]),
+        (SWAY, 0.1 * np.arange(1, 40), [4], [5966.19]),
+    ):
+        found = fit_family(elements.added_mass(grid), family)
+        assert found.omega == pytest.approx(elements.omega[own], rel=1e-6)
+        assert found.noise < 1e-4
+        assert found.modal_mass == pytest.approx(exact, rel=0.07)
 
 
 def test_a_pipe_and_a_surface_of_triangles() -> None:

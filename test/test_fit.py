@@ -79,7 +79,7 @@ def test_noise_of_one_percent_on_a_coarse_grid(family: Family, seed: int) -> Non
 def test_residues_without_knowledge_of_the_liquid(family: Family) -> None:
     """The residues of A_15 at the poles, lambda_1 (g lambda_1/omega^2 + lambda_5)/mu, THEORY 5."""
     for seed in range(2):
-        fitted = fit_family(data(noise=0.01, seed=seed), family)
+        fitted = fit_family(data(noise=0.01, seed=seed), family, max_modes=6)
         omega, mass, lever = truth(family)
         assert fitted.modal_mass == pytest.approx(mass, rel=0.02)
         residue, exact = (
@@ -105,21 +105,24 @@ def test_exact_data_give_exact_modes(exact_surge: FittedFamily) -> None:
     check(fit_family(data(), SWAY), 1e-5, 1e-4, 1e-4)
 
 
-def test_table_1_on_the_papers_grid_gives_the_values_off_it() -> None:
+@pytest.fixture(scope='module')
+def damped_surge() -> FittedFamily:
+    return fit_family(data(PAPER_GRID, epsilon=0.005), SURGE, max_modes=8)
+
+
+def test_table_1_on_the_papers_grid_gives_the_values_off_it(damped_surge: FittedFamily) -> None:
     """The paper reads 1.05, 2.95, 4.25 and 3.65 rad/s off this grid."""
-    for epsilon in (0.0, 0.005):
-        found = data(PAPER_GRID, epsilon=epsilon)
-        surge, sway = (fit_family(found, family) for family in (SURGE, SWAY))
+    undamped = fit_family(data(PAPER_GRID), SURGE)
+    for epsilon, surge in ((0.0, undamped), (0.005, damped_surge)):
+        sway = fit_family(data(PAPER_GRID, epsilon=epsilon), SWAY, max_modes=6)
         assert surge.omega == pytest.approx([1.082569, 2.917224, 4.203104], rel=2e-5)
         assert sway.omega == pytest.approx([3.619414], rel=2e-5)
 
 
-def test_wall_damping_is_found_with_the_modes() -> None:
+def test_wall_damping_is_found_with_the_modes(damped_surge: FittedFamily) -> None:
     """Eq (36) acts as the loss factor epsilon S_m."""
-    epsilon = 0.005
-    fitted = fit_family(data(PAPER_GRID, epsilon=epsilon), SURGE)
     wall_ratio = rectangular_wall_ratio(TABLE_1, DEPTH, IN_BAND['surge'])
-    assert fitted.loss == pytest.approx(epsilon * wall_ratio, rel=1e-2)
+    assert damped_surge.loss == pytest.approx(0.005 * wall_ratio, rel=1e-2)
 
 
 @pytest.mark.parametrize('family', [SURGE, SWAY], ids=['surge', 'sway'])
@@ -130,14 +133,15 @@ def test_spikes_do_no_harm(family: Family) -> None:
     for points, factor in ((at_poles, -1.0), ([19], -3.0), ([14, 36], 3.0)):
         spiked = clean.matrix.copy()
         spiked[points] *= factor
-        check(fit_family(replace(clean, matrix=spiked), family), 5e-3, 0.02, 0.1)
+        check(fit_family(replace(clean, matrix=spiked), family, max_modes=6), 5e-3, 0.02, 0.1)
 
 
 @pytest.mark.parametrize('seed', range(3))
 def test_modal_masses_are_positive_whatever_the_data(seed: int) -> None:
     random = np.random.default_rng(seed)
-    matrix = random.standard_normal((40, 6, 6)) * 1e3
-    fitted = fit_family(AddedMass(np.linspace(0.1, 4.0, 40), matrix + 0j, 1.0, np.zeros(3)), SURGE)
+    matrix = random.standard_normal((20, 6, 6)) * 1e3
+    found = AddedMass(np.linspace(0.2, 4.0, 20), matrix + 0j, 1.0, np.zeros(3))
+    fitted = fit_family(found, SURGE, max_modes=6)
     assert np.all(fitted.modal_mass > 0.0)
 
 
@@ -267,7 +271,7 @@ def test_an_axisymmetric_tank_has_pairs_and_no_yaw() -> None:
 )
 def test_what_does_not_fit_the_liquid_is_told(spoil, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        added_mass_coefficients(spoil(data(noise=0.002)), MANY.liquid, 8)
+        added_mass_coefficients(spoil(data(GRID[:20], noise=5e-4)), MANY.liquid, 8)
 
 
 def test_frequencies_out_of_order_are_refused() -> None:

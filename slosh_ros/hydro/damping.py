@@ -5,15 +5,26 @@ A smooth bare tank damps in the boundary layers of its walls. Where somebody has
 formula is the default: it holds what theory lacks (contact line, contaminated surface). Elsewhere
 it is the dissipation of Stokes's layer, mode by mode, from the solved velocities at the wall.
 
-* `mikishev_dorozhkin`, upright cylinders: G. N. Mikishev & N. Ya. Dorozhkin (1961), as NASA SP-106
-  (Abramson 1966), ch. 4, and Dodge (2000) have it.
+* `mikishev_dorozhkin`, upright cylinders: G. N. Mikishev & N. Ya. Dorozhkin (1961).
 * `stephens`, upright cylinders: Stephens, Leonard & Perry, NASA TN D-1367 (1962).
-* `stofan_sumner`, spheres: Sumner & Stofan, NASA TN D-1991 (1963), in NASA SP-106, ch. 4.
+* `stofan_sumner`, spheres: Sumner & Stofan, NASA TN D-1991 (1963).
 * `boundary_layer`, all shapes whose route tells the velocity at the wall (Keulegan 1959,
   J. Fluid Mech. 6; Case & Parkinson 1957, J. Fluid Mech. 2): rectangular tanks, uniform sections,
   horizontal cylinders among them. For these no measured formula was found that could be confirmed.
 * Ring baffles in upright cylinders: Miles (1958), J. Appl. Mech. 25, with the constants of NASA
   SP-8031 (1969); several rings add up (Bauer 1962, NASA TM X-50183).
+
+How sure that is. No original was at hand. The constants of the measured formulas and of rings are
+second-hand, as later literature has them after NASA SP-106 (Abramson 1966, ch. 4) and Dodge
+(2000). Of Miles's paper its abstract was read: a "rough analysis", of "moderate amplitudes",
+damping as the root of the amplitude and as the ring's area to 3/2; that is the form taken here.
+
+Where they hold. All: small waves, laminar layers, one clean liquid that does not turn, gravity
+large against surface tension. The measured ones were fitted to models of the laboratory; the
+range of their viscosity parameters was not found in what could be read, nor that of width and
+depth of rings. The code checks the shape, that the ratio stays below `MAX_WALL_DAMPING`, and of
+rings that they fit into the tank and are wet below the wave; nothing else of this. Two formulas
+for the cylinder stand here so that their difference shows what such numbers are worth.
 
 The measured formulas are of the lowest mode. Higher modes take its ratio times what the boundary
 layers of theory make of theirs over that of the lowest; the same ratio where the route does not

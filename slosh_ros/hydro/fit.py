@@ -53,6 +53,7 @@ SPIKE = 3.0  # standard deviations beyond which a point tells no more about the 
 SMALLEST_SHARE = 1e-4  # of all modal masses of a family; a mode below it is not worth its state
 SMALL_SHARE, LONELY = 0.03, 0.01  # a small mode felt at one point a hundred times more is a spike
 FEW_STEPS, MANY_STEPS = 30, 80  # of least squares, to come near and to come home
+PROMISING = 2  # trials that come home, of those that came near
 SAME_WAY = 1e-3  # relative difference of modes from which least squares come home alike
 BEST_NOISE = 1e-5  # relative; no boundary element code is better than that
 ASYMMETRY = 0.01  # of the geometric mean of the diagonal entries
@@ -224,43 +225,56 @@ class _Fit:
 
     # --- the model -----------------------------------------------------------------------------
 
-    def shapes(self, modes: Array) -> tuple[ComplexArray, ComplexArray]:
-        """
-        Contribution of each mode for R = 1, and its derivatives.
+    def shapes(self, modes: Array) -> Array | ComplexArray:
+        """Contribution of each mode for R = 1 in the module's notes, (entries, n, modes)."""
+        return self._shapes(modes)[0][: len(self.values)]
 
-        Returns
-        -------
-        shapes : array, shape (entries, n, modes)
-            What stands with R in the module's notes.
-        slopes : array, shape (3, entries, n, modes)
-            By natural frequency, lever and loss factor.
-        """
+    def _shapes(
+        self, modes: Array
+    ) -> tuple[Array | ComplexArray, Array | ComplexArray, Array | ComplexArray]:
+        """Shapes of all three entries, x/D, and 1/D; they are real if the data have no loss."""
         omega, _, lever, loss = modes.T
         pole, tilt = omega**2, self.family.sign * GRAVITY
         infinite = np.isinf(self.x)[:, np.newaxis]
         x = np.where(infinite, 0.0, self.x[:, np.newaxis])
-        lossy = 1.0 + 1j * loss
-        over = np.where(infinite, 0.0, 1.0 / (pole - x * lossy))
+        lossy = 1.0 + 1j * loss if self.lossy else 1.0
+        if self.lossy:
+            over = 1.0 / (pole - x * lossy)
+        else:  # finite at the pole itself
+            over = (pole - x) / ((pole - x) ** 2 + (SMALLEST_LOSS * x) ** 2)
+        over = np.where(infinite, 0.0, over)
         response = np.where(infinite, -1.0, x * over)
-        weight = GRAVITY**2 / pole * lossy
-        shapes = np.stack(
-            [
-                response,
-                lever * response + tilt * over,
-                lever**2 * response + (2.0 * tilt * lever + weight) * over,
-            ]
-        )
+        cross = lever * response + tilt * over
+        turn = lever * (cross + tilt * over) + GRAVITY**2 / pole * lossy * over
+        return np.stack([response, cross, turn]), response, over
+
+    def slopes(self, modes: Array) -> tuple[Array, Array]:
+        """
+        Real parts of shapes and of their derivatives.
+
+        Returns
+        -------
+        shapes : array, shape (entries, n, modes)
+            Of each mode for R = 1.
+        slopes : array, shape (3, entries, n, modes)
+            By natural frequency, lever and loss factor.
+        """
+        omega, _, _, loss = modes.T
+        pole = omega**2
+        shapes, response, over = self._shapes(modes)
         by_pole = -shapes * over
-        by_pole[2] -= weight / pole * over
-        by_lever = np.stack([0.0 * response, response, 2.0 * (lever * response + tilt * over)])
-        by_loss = 1j * shapes * np.where(infinite, 0.0, response)
-        by_loss[2] += 1j * GRAVITY**2 / pole * over
-        slopes = np.stack([2.0 * omega * by_pole, by_lever, by_loss])
-        return shapes[: len(self.values)], slopes[:, : len(self.values)]
+        by_pole[2] -= (GRAVITY / pole) ** 2 * (1.0 + 1j * loss if self.lossy else 1.0) * over
+        slopes = np.zeros((3, *shapes.shape))
+        slopes[0] = np.real(2.0 * omega * by_pole)
+        slopes[1, 1:] = np.real([response, 2.0 * shapes[1]])
+        if self.lossy:
+            slopes[2] = -np.imag(shapes * (response * np.isfinite(self.x)[:, np.newaxis]))
+            slopes[2, 2] -= np.imag(GRAVITY**2 / pole * over)
+        return np.real(shapes[: len(self.values)]), slopes[:, : len(self.values)]
 
     def deviations(self, modes: Array, constants: Array, weight: Array) -> Array:
         """Relative deviations of the real parts, shape (entries, n)."""
-        model = np.real(self.shapes(modes)[0] @ modes[:, 1]) + constants[:, np.newaxis]
+        model = np.real(self.shapes(modes) @ modes[:, 1]) + constants[:, np.newaxis]
         deviation: Array = (model - self.values.real) * weight
         return deviation
 
@@ -287,7 +301,7 @@ class _Fit:
     def linear(self, modes: Array, weight: Array) -> tuple[Array, Array]:
         """Best modal masses >= 0 and constants for given poles, levers and losses."""
         entries, n = self.values.shape
-        shapes = np.real(self.shapes(modes)[0])
+        shapes = np.real(self.shapes(modes))
         constant = np.broadcast_to(np.eye(entries)[:, np.newaxis], (entries, n, entries))
         columns = np.concatenate([shapes, constant], axis=2) * weight[:, :, np.newaxis]
         scale = np.linalg.norm(columns, axis=(0, 1)) + np.finfo(float).tiny
@@ -323,6 +337,8 @@ class _Fit:
         upper = np.repeat([50.0, np.inf, np.inf, 1.0, np.inf], each)
         first = np.concatenate([start[:, 0], mass, start[:, 2], start[:, 3], constants]) / units
 
+        constant = np.broadcast_to(np.eye(entries)[:, np.newaxis], (*self.values.shape, entries))
+
         def unpacked(p: Array) -> tuple[Array, Array]:
             full = first.copy()
             full[free] = p
@@ -334,14 +350,9 @@ class _Fit:
 
         def jacobian(p: Array) -> Array:
             modes, _ = unpacked(p)
-            shapes, slopes = self.shapes(modes)
+            shapes, slopes = self.slopes(modes)
             by_omega, by_lever, by_loss = slopes * modes[:, 1]
-            constant = np.broadcast_to(
-                np.eye(entries)[:, np.newaxis], (*self.values.shape, entries)
-            )
-            columns = np.real(
-                np.concatenate([by_omega, shapes, by_lever, by_loss, constant], axis=2)
-            )
+            columns = np.concatenate([by_omega, shapes, by_lever, by_loss, constant], axis=2)
             weighted = columns * weight[:, :, np.newaxis] * units
             flat: Array = weighted.reshape(self.values.size, -1)[:, free]
             return flat
@@ -381,6 +392,7 @@ class _Fit:
             errors=(error * units)[: 4 * count].reshape(4, count).T,
             constants=constants,
             noise=noise,
+            variance=variance,
             criterion=deviation.size * np.log(variance) + free.sum() * np.log(deviation.size),
             deviation=deviation,
             rest_error=np.sqrt(np.maximum(rest_variance, 0.0)),
@@ -394,10 +406,14 @@ class _Fit:
             best = better
         return best
 
+    def _exact(self, solved: _Solved) -> bool:
+        """Tell that it is as good as data are: one more mode has nothing left to explain."""
+        return solved.deviation.size * math.log(solved.variance / BEST_NOISE**2) < EVIDENCE
+
     def _jump(self, best: _Solved) -> _Solved | None:
         """Put single poles across the next grid point, which least squares do not pass."""
-        trials = []
-        for j in np.flatnonzero(self._inside(best)):
+        trials: list[Array] = []
+        for j in [] if self._exact(best) else np.flatnonzero(self._inside(best)):
             after = int(np.searchsorted(self.omega, best.modes[j, 0]))
             for low, high in ((after - 2, after - 1), (after, after + 1)):
                 if low < 0 or high >= len(self.omega) or self.omega[high] > self.band_end:
@@ -419,7 +435,7 @@ class _Fit:
 
     def _step(self, best: _Solved, max_modes: int) -> _Solved | None:
         trials: list[Array] = []
-        if len(best.modes) < max_modes:
+        if len(best.modes) < max_modes and not self._exact(best):
             worst = np.abs(best.deviation).max(axis=0)
             inside = np.flatnonzero((self.omega <= self.band_end) & (self.omega > 0.0))
             for i in inside[np.argsort(worst[inside])[::-1][:1]]:
@@ -440,7 +456,8 @@ class _Fit:
 
     def _better(self, trials: list[Array], best: _Solved, by: float) -> _Solved | None:
         """Optimise trials to the end; return the best if it beats `best` by so much."""
-        solved = [self._home(self._near(trial)) for trial in trials]
+        near = sorted((self._near(trial) for trial in trials), key=lambda ways: ways[0].criterion)
+        solved = [self._home(ways) for ways in near[:PROMISING]]
         solved = [s for s in solved if self._sound(s)]
         top = min(solved, key=lambda s: s.criterion, default=best)
         return top if top.criterion < best.criterion - by else None
@@ -456,7 +473,7 @@ class _Fit:
         if len(set(step)) < len(step):
             return False
         mass = modes[:, 1]
-        felt = np.abs(self.shapes(modes)[0]) * mass * self.weight[:, :, np.newaxis]
+        felt = np.abs(self.shapes(modes)) * mass * self.weight[:, :, np.newaxis]
         strongest = np.sort(felt.max(axis=0), axis=0)[-2:]
         alone = strongest[0] < LONELY * strongest[1]
         share = mass / max(float(np.sum(mass)), np.finfo(float).tiny)
@@ -521,6 +538,7 @@ class _Solved(NamedTuple):
     errors: Array
     constants: Array
     noise: float
+    variance: float
     criterion: float
     deviation: Array
     rest_error: Array
