@@ -40,7 +40,7 @@ def test_table_1_by_closed_form_section_volume_fit_and_recipe() -> None:
     assert worst(found['section']) < 1e-6
     assert worst(found['volume (3-D)']) < 1e-5
     assert worst(found['added-mass fit'], 'J0', 'modal mass yaw') < 1e-3
-    assert worst(found['added-mass fit']) < 0.05
+    assert worst(found['added-mass fit']) < 0.02
     # all modes in one: 14 % too much along, THEORY 6
     recipe = found["paper's recipe"]['values']['modal mass surge 1']
     assert recipe['difference'] == pytest.approx(0.136, abs=0.003)
@@ -53,7 +53,10 @@ def test_half_full_circle_by_section_volume_fit_and_publication() -> None:
     ]  # fmt: skip
     assert worst(found['published']) < 1e-6
     assert worst(found['volume (3-D)']) < 1e-4
-    assert worst(found['added-mass fit'], 'modal mass yaw 2') < 5e-3
+    # x1y3 and x7y1 (531 and 14 kg m^2) lie 0.022 rad/s apart, on a grid of 0.11: the fit takes
+    # them for one mode, 5 % heavier than the first
+    assert worst(found['added-mass fit'], 'modal mass yaw 2') < 2e-3
+    assert 0.02 < found['added-mass fit']['values']['modal mass yaw 2']['difference'] < 0.08
     assert CIRCLE[0] == 1.355727
 
 
@@ -63,7 +66,7 @@ def test_half_full_sphere_against_the_published_value() -> None:
     omega = found['axisymmetric']['values']['omega surge 1']['value']
     assert omega == pytest.approx(np.sqrt(9.81 * SPHERE[0]), rel=1e-6)
     assert worst(found['volume (3-D)']) < 1e-4
-    assert worst(found['added-mass fit']) < 0.02
+    assert worst(found['added-mass fit']) < 1e-3
 
 
 def test_table_and_verdicts(tmp_path: Path) -> None:
