@@ -53,7 +53,6 @@ SPIKE = 3.0  # standard deviations beyond which a point tells no more about the 
 SMALLEST_SHARE = 1e-4  # of all modal masses of a family; a mode below it is not worth its state
 SMALL_SHARE, LONELY = 0.03, 0.01  # a small mode felt at one point a hundred times more is a spike
 FEW_STEPS, MANY_STEPS = 30, 80  # of least squares, to come near and to come home
-PROMISING = 2  # trials that come home, of those that came near
 SAME_WAY = 1e-3  # relative difference of modes from which least squares come home alike
 BEST_NOISE = 1e-5  # relative; no boundary element code is better than that
 ASYMMETRY = 0.01  # of the geometric mean of the diagonal entries
@@ -456,8 +455,7 @@ class _Fit:
 
     def _better(self, trials: list[Array], best: _Solved, by: float) -> _Solved | None:
         """Optimise trials to the end; return the best if it beats `best` by so much."""
-        near = sorted((self._near(trial) for trial in trials), key=lambda ways: ways[0].criterion)
-        solved = [self._home(ways) for ways in near[:PROMISING]]
+        solved = [self._home(self._near(trial)) for trial in trials]
         solved = [s for s in solved if self._sound(s)]
         top = min(solved, key=lambda s: s.criterion, default=best)
         return top if top.criterion < best.criterion - by else None
