@@ -139,12 +139,12 @@ class Watch:
             return Finding(DiagnosticStatus.STALE, f'silent; {hint}', text)
         events = Counter({v: n for v, n in samples.items() if v not in _UNEVENTFUL})
         if events:
-            ((most, count),) = events.most_common(1)
+            absent = events[Verdict.NO_DATA]
+            most, count = (Verdict.NO_DATA, absent) if absent else events.most_common(1)[0]
             text = (
                 f'{events.total()} of the last {sum(samples.values())} samples on {topic} were '
                 f'not ordinary; {count} {most.value}'
             )
-            absent = events[Verdict.NO_DATA] > 0
             level = DiagnosticStatus.ERROR if absent else DiagnosticStatus.WARN
             return Finding(level, f'samples: {most.value}', text)
         if self._motion.rivals():
