@@ -108,6 +108,7 @@ def test_what_the_liquid_does_not_feel_may_be_anything(talk):
 
 
 def test_an_absent_accelerometer_leaves_no_trace_and_is_an_error(talk):
+    talk.next_report()  # what was before has been told
     bad = [changed('linear_acceleration_covariance.0', -1.0, NEXT - 5 + k) for k in range(5)]
     leaves_no_trace(talk, bad, Verdict.NO_DATA)
     report = talk.report_of('accelerometer marked absent')
@@ -116,6 +117,7 @@ def test_an_absent_accelerometer_leaves_no_trace_and_is_an_error(talk):
 
 def test_an_absent_gyro_means_no_rotation_and_a_warning(talk):
     """Whatever stands in its fields: a driver without one fills in anything."""
+    talk.next_report()  # what was before has been told
     case, plain = [], []
     for k, rate in enumerate([(0.3, 0.2, 0.1), (math.nan,) * 3, (1e308, -math.inf, 0.0)]):
         message = imu(START + k * STEP, (0.5, 0.2, 9.8), rate)
@@ -134,6 +136,7 @@ def test_an_absent_gyro_means_no_rotation_and_a_warning(talk):
     ids=['gravity removed', 'upside down', 'in units of g', 'on its side'],
 )
 def test_an_imu_without_gravity_upwards_is_told_with_the_remedy(talk, force):
+    talk.next_report()  # what was before has been told
     case = [(imu(START + k * STEP * 10, force), Verdict.ACCEPTED) for k in range(25)]
     case[0] = case[0][0], Verdict.STARTED
     talk.tell(case)
