@@ -20,6 +20,7 @@ from geometry_msgs.msg import WrenchStamped  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import Imu  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 
 TIMEOUT = 20.0  # [s] of anything that must happen; far above what it takes
 RESEND = 2.0  # [s]
@@ -117,7 +118,8 @@ class Driver:
         Publish one sample and wait for the wrenches that answer it.
 
         A best-effort reader that has not yet discovered the driver loses the first sample, and no
-        side can see that; so it is sent again.
+        side can see that; so it is sent again. Nor is an answer heard before the node has
+        discovered who listens; then the node has to forget the sample before it is sent again.
         """
         count = len(self.received['wrench'])
         sent_until = 0.0
@@ -125,12 +127,20 @@ class Driver:
         def answered() -> bool:
             nonlocal sent_until
             if time.monotonic() > sent_until:
+                if sent_until and not any(self.received.values()):
+                    self._let_forget()
                 sent_until = time.monotonic() + RESEND
                 self.publisher.publish(message)
             return all(len(m) > count for m in self.received.values())
 
         self.spin_until(answered)
         return self.received['wrench'][-1], self.received['wrench_total'][-1]
+
+    def _let_forget(self) -> None:
+        client = self.node.create_client(Trigger, 'slosh_node/reset')
+        if client.service_is_ready():
+            self.spin_until(client.call_async(Trigger.Request()).done)
+        self.node.destroy_client(client)
 
     def __enter__(self) -> Driver:
         return self
