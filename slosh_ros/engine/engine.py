@@ -20,12 +20,14 @@ from slosh_ros.engine.model import ACCELERATION, LEAST_GRAVITY, MOTION, TankMode
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.carried import CarriedLiquid
 from slosh_ros.modal.heights import WaveHeights
-from slosh_ros.modal.integrator import ModalIntegrator
+from slosh_ros.modal.integrator import ModalIntegrator, each
 from slosh_ros.modal.validity import Trust, TrustWatch
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+# NumPy 1 rounds products of many complex numbers otherwise than those of a few
+AT_ONCE = np.lib.NumpyVersion(np.__version__) >= '2.0.0'
 _NOWHERE = np.zeros(0)  # no points of pressure
 GRAVITY_MEMORY = 1.0  # [s] over which the mean specific force is watched
 GRAVITY_TOLERANCE = 4.0  # [m/s^2] more than a truck brakes, less than any wrong mount or unit
@@ -429,7 +431,7 @@ class SloshEngine:
         """
         model, modes, n = self._model, self._modes, len(self._model.omega)
         one_by_one = self._high_pass is not None or self._measured_gravity or self._wanted
-        if one_by_one or not n:
+        if one_by_one or not n or not AT_ONCE:
             return None
         intervals = self.gate.judge_all(stamps, values, modes.longest)
         if intervals is None:
@@ -445,14 +447,13 @@ class SloshEngine:
         motion = np.hstack([values, turning])
         followed = self._acceleration.follow_all(values, intervals)
 
-        drive = np.matmul(model.drive, motion[..., np.newaxis])[..., 0]
+        drive = each(model.drive, motion)
         force, carried = drive[:, :n], drive[:, n : 2 * n]
         waves = modes.advance_through(intervals, force, carried, drive[:, 2 * n :].view(complex))
         moving = np.hstack([waves.view(float), followed, turning])
         envelope = np.abs(waves) / modes.damped
         beta = waves.imag / modes.damped
-        wrenches = np.matmul(model.output, moving[..., np.newaxis])[..., 0]
-        pressure = np.matmul(model.pressure, moving[..., np.newaxis])[..., 0]
+        wrenches, pressure = each(model.output, moving), each(model.pressure, moving)
         pressure = pressure - model.pressure_at_rest
         self._motion[:], self._moving[:] = motion[-1], moving[-1]
         spin = (turning[:, 0] + turning[:, 1] + turning[:, 2]).tolist()

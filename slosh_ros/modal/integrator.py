@@ -193,8 +193,7 @@ class ModalIntegrator:
             The wave at the end of each interval.
         """
         powers = np.array(intervals)[:, np.newaxis] ** _ORDERS
-        sums = np.matmul(self._series, powers[..., np.newaxis])[..., 0]
-        gains = sums.view(complex).reshape(len(intervals), 3, -1)
+        gains = each(self._series, powers).view(complex).reshape(len(intervals), 3, -1)
         amplitudes = np.empty_like(drive)
         amplitude, before = self._amplitude, self._drive
         if before is None:
@@ -269,3 +268,12 @@ def _phi_2_series(x: ComplexArray) -> ComplexArray:
     for coefficient in reversed(_PHI_2_SERIES[:-1]):
         series = series * x + coefficient
     return series
+
+
+def each(matrix: Array, vectors: Array) -> Array:
+    """Multiply each row by a matrix, one by one: products of all at once may round otherwise."""
+    found = np.empty((len(vectors), len(matrix)))
+    if len(matrix):
+        for vector, product in zip(vectors, found, strict=True):
+            np.matmul(matrix, vector, out=product)
+    return found
