@@ -70,7 +70,7 @@ colcon: $(STAMP) ## build and test as in a ROS workspace; then `source install/s
 test-oldest: $(OLDEST) ## the tests that need no ROS, on the oldest versions (Ubuntu 24.04's)
 	@! $(NO_ROS) .venv-oldest/bin/python -c 'import rclpy' 2>/dev/null || \
 	  { echo 'error: there is an rclpy in .venv-oldest' >&2; exit 1; }
-	$(NO_ROS) .venv-oldest/bin/python -m pytest $(SHARED_OUT) -m 'not ros and not colcon' $(PYTEST)
+	$(NO_ROS) .venv-oldest/bin/python -m pytest $(SHARED_OUT) -m 'not ros and not colcon and not dear' $(PYTEST)
 
 bags: $(STAMP) ## make bags/ anew from the recordings in ../shared/data
 	.venv/bin/python bags/make_bags.py --force

@@ -15,6 +15,8 @@ from slosh_ros.study.enclosed import Enclosed
 from slosh_ros.tank import Tank, cylinder_x, ellipse_x, rectangular, section_x, sphere
 from slosh_ros.tank.surface import area_vectors
 
+pytestmark = pytest.mark.dear
+
 HEAD = '/**:\n  ros__parameters:\n    tank:\n      density: 850.0\n'
 
 

@@ -27,6 +27,8 @@ from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.tank import cylinder_x, rectangular
 from slosh_ros.tank.upright import cylinder_z
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 LENGTH, WIDTH, DEPTH, DENSITY = 8.0, 2.0, 0.8, 850.0
