@@ -79,6 +79,14 @@ def test_damaged_messages_are_left_to_rosbags(data):
         assert imu_reading(bytes(raw)) in (None, expected)
 
 
+def test_a_frame_that_does_not_end_in_a_zero_is_left_to_rosbags():
+    raw = bytearray(STORE.serialize_cdr(message((1, 2), 'imu_link', [1.0] * 37), KIND))
+    raw[12] = 5  # "imu_", then an "l" for the zero; the numbers stay where they are
+    assert imu_reading(bytes(raw)) is None
+    with pytest.raises(Exception, match='terminator'):
+        STORE.deserialize_cdr(bytes(raw), KIND)
+
+
 def test_big_endian_is_left_to_rosbags():
     raw = bytes(STORE.serialize_cdr(message((1, 2), 'imu', [1.0] * 37), KIND, little_endian=False))
     assert imu_reading(raw) is None

@@ -40,14 +40,16 @@ def imu_reading(raw: bytes | memoryview) -> ImuReading | None:
     Returns
     -------
     ImuReading or None
-        None if it is not as long as it says, not little-endian, or its frame_id is no text: then
-        a deserialiser has to say what is wrong with it.
+        None if it is not as long as it says, not little-endian, or its frame_id is no text or does
+        not end in a zero: then a deserialiser has to say what is wrong with it.
     """
     if len(raw) < _TEXT or raw[:2] != _LITTLE_ENDIAN:
         return None
     seconds, nanoseconds, length = _HEADER.unpack_from(raw)
     doubles = 4 + (_TEXT - 4 + length + 7) // 8 * 8
     if not length or not 0 <= len(raw) - doubles - _MOTION.size <= _SPARE:
+        return None
+    if raw[_TEXT + length - 1]:  # the zero behind the text
         return None
     try:
         frame = str(raw[_TEXT : _TEXT + length - 1], 'utf-8')
