@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from collections.abc import Callable
@@ -56,6 +57,9 @@ def run(
         started = True
         node = _made(make_node)
         stop.calmly = True
+        # what is there now stays: collecting garbage among it would delay samples by milliseconds
+        gc.collect()
+        gc.freeze()
         if events:
             executor, patience = EventsExecutor(), _LOOK
         else:  # which would make a timer of its own at every message for a patience
