@@ -10,7 +10,7 @@ from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import FluidPressure
 
-from slosh_ros.ros.stamped import StampedDoubles
+from slosh_ros.engine.stamped import StampedDoubles
 
 pytestmark = pytest.mark.ros
 

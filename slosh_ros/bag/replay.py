@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.bag.reader import Block, MotionBag
 from slosh_ros.bag.writer import LoadsWriter
-from slosh_ros.engine import Loads, SloshEngine, feed_message
+from slosh_ros.engine import Loads, LoadsBlock, SloshEngine, feed_message
 from slosh_ros.engine.convert import feed_readings
 from slosh_ros.errors import InputError
 from slosh_ros.modal.validity import Criterion, Trust
@@ -18,7 +18,7 @@ from slosh_ros.vehicle.rollover import Rollover
 
 Array = NDArray[np.float64]
 
-_CHUNK = 256  # samples whose maxima are taken at once
+_BLOCK = 256  # samples that are fed at once
 
 
 class Peaks:
@@ -32,7 +32,6 @@ class Peaks:
     """
 
     def __init__(self, engine: SloshEngine) -> None:
-        self._chunk: list[Loads] = []
         self._largest: Array = np.zeros(12 + len(engine.config.pressure_points))
         self.elevation_max = 0.0
         self.beyond: dict[Criterion, tuple[int, Trust]] = {}  # how often, and the worst
@@ -41,19 +40,24 @@ class Peaks:
         self.span = 0.0
         self._first: int | None = None
 
-    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
-        """Take the numbers of one sample."""
-        self._chunk.append(loads)
-        if len(self._chunk) == _CHUNK:
-            self._take_chunk()
-        if rollover is not None:
-            ratio, (least, largest) = float(rollover.load_transfer_ratio), self.load_transfer_ratio
+    def write(self, loads: LoadsBlock, rollover: Sequence[Rollover | None] = ()) -> None:
+        """Take the numbers of some samples."""
+        rows = np.hstack([loads.wrench, loads.total, loads.pressure])
+        self._largest = np.maximum(self._largest, np.abs(rows).max(axis=0))
+        self.elevation_max = loads.highest_above(self.elevation_max)
+        for place in np.flatnonzero(~loads.valid).tolist():
+            trust = loads[place].trust
+            count, worst = self.beyond.get(trust.criterion, (0, trust))
+            self.beyond[trust.criterion] = count + 1, max(worst, trust, key=Trust.use)
+        self._first = loads.stamps[0] if self._first is None else self._first
+        self.span = max(self.span, (max(loads.stamps) - self._first) * 1e-9)
+        for figures in filter(None, rollover):
+            ratio, (least, largest) = float(figures.load_transfer_ratio), self.load_transfer_ratio
             self.load_transfer_ratio = min(least, ratio), max(largest, ratio)
-            self.least_margin = min(self.least_margin, float(rollover.margin))
+            self.least_margin = min(self.least_margin, float(figures.margin))
 
     def finish(self) -> None:
-        """Take what is left of the last chunk."""
-        self._take_chunk()
+        """Nothing is left to do."""
 
     def abandon(self) -> None:
         """Nothing is left behind."""
@@ -73,23 +77,6 @@ class Peaks:
         """Largest magnitudes of the pressures, shape (p,) [Pa]."""
         return self._largest[12:]
 
-    def _take_chunk(self) -> None:
-        chunk, self._chunk = self._chunk, []
-        if not chunk:
-            return
-        wrenches = np.array([loads.wrenches for loads in chunk])
-        rows = np.hstack([wrenches[:, 6:], np.array([loads.pressure for loads in chunk])])
-        self._largest = np.maximum(self._largest, np.abs(rows).max(axis=0))
-        for loads in chunk:
-            if loads.rises_above(self.elevation_max):
-                self.elevation_max = loads.elevation_max
-            if not loads.valid:
-                count, worst = self.beyond.get(loads.trust.criterion, (0, loads.trust))
-                worst = max(worst, loads.trust, key=Trust.use)
-                self.beyond[loads.trust.criterion] = count + 1, worst
-        self._first = chunk[0].stamp if self._first is None else self._first
-        self.span = max(self.span, *((loads.stamp - self._first) * 1e-9 for loads in chunk))
-
 
 class Recording:
     """
@@ -108,11 +95,10 @@ class Recording:
         self._loads: list[Loads] = []
         self._rollover: list[Rollover] = []
 
-    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
-        """Append the numbers of the sample that the engine has just taken."""
-        self._loads.append(loads)
-        if rollover is not None:
-            self._rollover.append(rollover)
+    def write(self, loads: Iterable[Loads], rollover: Sequence[Rollover | None] = ()) -> None:
+        """Append the numbers of some samples."""
+        self._loads += loads
+        self._rollover += filter(None, rollover)
 
     def finish(self) -> None:
         """Nothing is left to do."""
@@ -208,12 +194,12 @@ def replay(
     writers = list(writers)
     written = 0
     try:
-        for block in bag.blocks(_CHUNK):
+        for block in bag.blocks(_BLOCK):
             for loads in _fed(engine, block):
-                written += 1
-                rollover = monitor.take(loads.sample, loads.wrench) if monitor else None
+                written += len(loads)
+                judged = [monitor.take(one.sample, one.wrench) for one in loads if monitor]
                 for writer in writers:
-                    writer.write(loads, rollover)
+                    writer.write(loads, judged)
             progress(block.received[-1])
         if not written:
             reasons = ', '.join(f'{n} {v.value}' for v, n in engine.gate.counts.items())
@@ -233,14 +219,13 @@ def replay(
     return written
 
 
-def _fed(engine: SloshEngine, block: Block) -> Iterator[Loads]:
+def _fed(engine: SloshEngine, block: Block) -> Iterator[LoadsBlock]:
     """Feed messages, all at once if there is nothing about them to decide on."""
     if (all_of_them := block.readings) is not None and not all_of_them.absent:
         answers = feed_readings(engine, *all_of_them[:3])
         if answers is not None:
-            yield from answers
+            yield answers
             return
-    for message, received in zip(block.messages, block.received, strict=True):
-        _, loads = feed_message(engine, message, received)
-        if loads is not None:
-            yield loads
+    pairs = zip(block.messages, block.received, strict=True)
+    answered = (feed_message(engine, message, received)[1] for message, received in pairs)
+    yield from LoadsBlock.gather([loads for loads in answered if loads is not None])

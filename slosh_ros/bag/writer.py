@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import tempfile
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, NamedTuple, Protocol
 
+import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from slosh_ros.constants import NANOSECONDS
-from slosh_ros.engine import Loads, SloshConfig
+from slosh_ros.engine import LoadsBlock, SloshConfig
+from slosh_ros.engine.stamped import StampedDoubles
 from slosh_ros.errors import InputError
 from slosh_ros.vehicle.rollover import FIGURES, Rollover
 
@@ -25,10 +28,10 @@ ROLLOVER_COLUMNS = 'ltr,ltr_settled,rollover_margin'
 
 
 class LoadsWriter(Protocol):
-    """Takes loads one by one; what it writes appears at its place only when complete."""
+    """Takes loads block by block; what it writes appears at its place only when complete."""
 
-    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
-        """Append the loads of one sample, and how close the vehicle is to rolling over."""
+    def write(self, loads: LoadsBlock, rollover: Sequence[Rollover | None] = ()) -> None:
+        """Append the loads of some samples, and how close the vehicle is to rolling over."""
 
     def finish(self) -> None:
         """Complete the file and put it in place."""
@@ -51,11 +54,21 @@ class CsvWriter:
         columns = [COLUMNS, *(f'p_{point}' for point in config.pressure_points)]
         self._file.write(','.join(columns + [ROLLOVER_COLUMNS] * rollover) + '\n')
 
-    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
-        """Append the row of one sample."""
-        numbers = [*loads.wrench.tolist(), *loads.total.tolist(), loads.elevation_max]
-        numbers += [int(loads.valid), *loads.pressure.tolist(), *map(float, rollover or ())]
-        self._file.write(f'{loads.stamp},{",".join(map(repr, numbers))}\n')
+    def write(self, loads: LoadsBlock, rollover: Sequence[Rollover | None] = ()) -> None:
+        """Append the rows of some samples."""
+        numbers = np.hstack([loads.wrench, loads.total, loads.elevation_max[:, np.newaxis]])
+        # a vehicle that could not be judged at a sample has its fields there, but empty
+        judged = [map(float, one) if one else [''] * len(FIGURES) for one in rollover]
+        for stamp, row, valid, pressure, figures in zip(
+            loads.stamps,
+            numbers.tolist(),
+            loads.valid.tolist(),
+            loads.pressure.tolist(),
+            judged or itertools.repeat(()),
+            strict=False,
+        ):
+            fields = stamp, *row, int(valid), *pressure, *figures
+            self._file.write(','.join(map(str, fields)) + '\n')
 
     def finish(self) -> None:
         """Complete the file and put it in place."""
@@ -74,40 +87,42 @@ class BagWriter:
 
     def __init__(self, path: Path, config: SloshConfig, rollover: bool = False) -> None:
         self._path = path
-        self._frame = config.output_frame
         self._folder = Path(tempfile.mkdtemp(prefix='.slosh_replay_', dir=path.parent))
         self._types = get_typestore(Stores.ROS2_JAZZY)
         self._writer = Writer(self._folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
-        self._wrench, self._total = (
-            self._connection(f'/slosh_node/{name}', 'geometry_msgs/msg/WrenchStamped')
-            for name in ('wrench', 'wrench_total')
-        )
-        self._pressures = [
-            (
-                self._connection(f'/slosh_node/pressure/{point}', 'sensor_msgs/msg/FluidPressure'),
-                frame,
+        frame, stamped = config.output_frame, StampedDoubles
+        self._topics = [
+            self._topic('slosh_node/wrench', 'geometry_msgs/msg/WrenchStamped', stamped(frame, 6)),
+            self._topic(
+                'slosh_node/wrench_total', 'geometry_msgs/msg/WrenchStamped', stamped(frame, 6)
+            ),
+        ]
+        self._topics += [
+            self._topic(
+                f'slosh_node/pressure/{point}',
+                'sensor_msgs/msg/FluidPressure',
+                stamped(of_tank, 2),
             )
-            for point, frame in config.pressure_points.items()
+            for point, of_tank in config.pressure_points.items()
         ]
         self._rollover = [
-            self._connection(f'/rollover_node/{name}', 'std_msgs/msg/Float64')
+            self._connection(f'rollover_node/{name}', 'std_msgs/msg/Float64')
             for name in (FIGURES if rollover else ())
         ]
 
-    def write(self, loads: Loads, rollover: Rollover | None = None) -> None:
-        """Append the messages of one sample."""
-        self._append(self._wrench, loads.stamp, loads.wrench.tolist())
-        self._append(self._total, loads.stamp, loads.total.tolist())
-        pressures = zip(self._pressures, loads.pressure.tolist(), strict=True)
-        for (connection, frame), pressure in pressures:
-            message = self._types.types['sensor_msgs/msg/FluidPressure'](
-                header=self._header(loads.stamp, frame), fluid_pressure=pressure, variance=0.0
-            )
-            self._write(connection, loads.stamp, message)
-        for connection, number in zip(self._rollover, rollover or (), strict=True):
-            message = self._types.types['std_msgs/msg/Float64'](data=float(number))
-            self._write(connection, loads.stamp, message)
+    def write(self, loads: LoadsBlock, rollover: Sequence[Rollover | None] = ()) -> None:
+        """Append the messages of some samples."""
+        pressures = np.stack([loads.pressure, np.zeros_like(loads.pressure)], axis=2)  # variance
+        columns = [loads.wrench, loads.total, *np.moveaxis(pressures, 1, 0)]
+        rows = zip(loads.stamps, *(column.tolist() for column in columns), strict=True)
+        for (stamp, *values), figures in zip(rows, rollover or itertools.repeat(()), strict=False):
+            for (connection, layout), numbers in zip(self._topics, values, strict=True):
+                self._writer.write(connection, stamp, layout.write(stamp, numbers))
+            for connection, number in zip(self._rollover, figures or (), strict=False):
+                message = self._types.types['std_msgs/msg/Float64'](data=float(number))
+                raw = self._types.serialize_cdr(message, connection.msgtype)
+                self._writer.write(connection, stamp, raw)
 
     def finish(self) -> None:
         """Complete the bag and put it in place."""
@@ -123,28 +138,15 @@ class BagWriter:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _connection(self, topic: str, kind: str) -> Connection:
-        return self._writer.add_connection(topic, kind, typestore=self._types)
+        return self._writer.add_connection(f'/{topic}', kind, typestore=self._types)
 
-    def _header(self, stamp: int, frame: str) -> Any:
-        kind: dict[str, Any] = self._types.types
-        seconds, nanoseconds = divmod(stamp, NANOSECONDS)
-        time = kind['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds)
-        return kind['std_msgs/msg/Header'](stamp=time, frame_id=frame)
+    def _topic(self, topic: str, kind: str, layout: StampedDoubles) -> _Topic:
+        return _Topic(self._connection(topic, kind), layout)
 
-    def _append(self, connection: Connection, stamp: int, wrench: list[float]) -> None:
-        kind: dict[str, Any] = self._types.types
-        vector = kind['geometry_msgs/msg/Vector3']
-        message = kind['geometry_msgs/msg/WrenchStamped'](
-            header=self._header(stamp, self._frame),
-            wrench=kind['geometry_msgs/msg/Wrench'](
-                force=vector(*wrench[:3]), torque=vector(*wrench[3:])
-            ),
-        )
-        self._write(connection, stamp, message)
 
-    def _write(self, connection: Connection, stamp: int, message: object) -> None:
-        raw = self._types.serialize_cdr(message, connection.msgtype)
-        self._writer.write(connection, stamp, raw)
+class _Topic(NamedTuple):
+    connection: Connection
+    layout: StampedDoubles
 
 
 def writer_for(path: Path, config: SloshConfig, rollover: bool = False) -> LoadsWriter:

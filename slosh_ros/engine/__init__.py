@@ -2,8 +2,17 @@
 
 from slosh_ros.engine.config import SloshConfig
 from slosh_ros.engine.convert import feed_message
-from slosh_ros.engine.engine import Loads, SloshEngine
+from slosh_ros.engine.engine import SloshEngine
 from slosh_ros.engine.gate import Verdict
+from slosh_ros.engine.loads import Loads, LoadsBlock
 from slosh_ros.engine.sample import MotionSample
 
-__all__ = ['Loads', 'MotionSample', 'SloshConfig', 'SloshEngine', 'Verdict', 'feed_message']
+__all__ = [
+    'Loads',
+    'LoadsBlock',
+    'MotionSample',
+    'SloshConfig',
+    'SloshEngine',
+    'Verdict',
+    'feed_message',
+]

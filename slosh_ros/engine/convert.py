@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slosh_ros.constants import NANOSECONDS
-from slosh_ros.engine.engine import Loads, SloshEngine
+from slosh_ros.engine.engine import SloshEngine
 from slosh_ros.engine.gate import Verdict
+from slosh_ros.engine.loads import Loads, LoadsBlock
 from slosh_ros.engine.sample import MotionSample
 
 Array = NDArray[np.float64]
@@ -107,7 +108,7 @@ def feed_message(engine: SloshEngine, message: Any, received: int) -> tuple[Verd
 
 def feed_readings(
     engine: SloshEngine, stamps: Sequence[int], frame: str, values: Array
-) -> list[Loads] | None:
+) -> LoadsBlock | None:
     """
     Feed many Imu messages of one frame in which nothing is absent.
 
@@ -124,8 +125,9 @@ def feed_readings(
 
     Returns
     -------
-    list of k Loads, or None
-        None, with nothing done, if they have to be fed one by one; see `SloshEngine.feed_all`.
+    LoadsBlock or None
+        Of k samples; None, with nothing done, if they have to be fed one by one; see
+        `SloshEngine.feed_all`.
     """
     wanted = engine.config.imu_frame
     if (wanted and frame != wanted) or not engine.gate.of_frame(frame):

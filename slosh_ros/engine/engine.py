@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -16,12 +15,12 @@ from slosh_ros.engine.config import SloshConfig
 from slosh_ros.engine.fill import Books, LiveFill, carried_over, checked_ratio
 from slosh_ros.engine.gate import SampleGate, Verdict
 from slosh_ros.engine.kinematics import AccelerationFilter, HighPass, Pose, products
+from slosh_ros.engine.loads import Loads, LoadsBlock
 from slosh_ros.engine.model import ACCELERATION, LEAST_GRAVITY, MOTION, TankModel, VehicleModel
 from slosh_ros.engine.sample import MotionSample
 from slosh_ros.modal.carried import CarriedLiquid
-from slosh_ros.modal.heights import WaveHeights
 from slosh_ros.modal.integrator import ModalIntegrator, each
-from slosh_ros.modal.validity import Trust, TrustWatch
+from slosh_ros.modal.validity import TrustWatch
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -31,112 +30,6 @@ AT_ONCE = np.lib.NumpyVersion(np.__version__) >= '2.0.0'
 _NOWHERE = np.zeros(0)  # no points of pressure
 GRAVITY_MEMORY = 1.0  # [s] over which the mean specific force is watched
 GRAVITY_TOLERANCE = 4.0  # [m/s^2] more than a truck brakes, less than any wrong mount or unit
-
-
-class Loads:
-    """
-    What the liquid does to the tanks at one instant.
-
-    Wrenches are force [N] and moment [N m] stacked, in the axes and about the origin of the
-    output frame. What is known of the wave is worked out when it is first asked for.
-
-    Attributes
-    ----------
-    sample : MotionSample
-        The sample that led to them, as given; the loads bear its stamp.
-    wrenches : array, shape (18,)
-        `state`, `wrench` and `total` in a row.
-    pressure : array, shape (p,)
-        Pressure at the points of `SloshConfig.pressure_points`, less the hydrostatic pressure of
-        the level tank at rest [Pa].
-    beta : array, shape (n,)
-        Modal coordinates of all tanks, tank by tank [m].
-    """
-
-    __slots__ = (
-        '_at_most', '_elevation', '_heights', '_rest', '_trust', '_watch',
-        'beta', 'pressure', 'sample', 'wrenches',
-    )  # fmt: skip
-
-    def __init__(
-        self,
-        sample: MotionSample,
-        wrenches: Array,
-        pressure: Array,
-        beta: Array,
-        heights: WaveHeights,
-        watch: TrustWatch,
-        rest: Trust,
-        bounds: list[float] | None = None,
-    ) -> None:
-        self.sample = sample
-        self.wrenches = wrenches
-        self.pressure = pressure
-        self.beta = beta
-        self._heights, self._watch, self._rest = heights, watch, rest
-        self._at_most = bounds
-        self._elevation: float | None = None
-        self._trust: Trust | None = None
-
-    @property
-    def stamp(self) -> int:
-        """Time of the sample [ns]."""
-        return self.sample.stamp
-
-    @property
-    def state(self) -> Array:
-        """Sloshing part without feed-through of acceleration, shape (6,)."""
-        return self.wrenches[:6]
-
-    @property
-    def wrench(self) -> Array:
-        """Sloshing part, eqs (15)-(20), shape (6,): zero for a frozen liquid."""
-        return self.wrenches[6:12]
-
-    @property
-    def total(self) -> Array:
-        """Weight, rigid part with the Stokes-Joukowski inertia, sloshing; shape (6,)."""
-        return self.wrenches[12:]
-
-    @property
-    def elevation_max(self) -> float:
-        """Largest height or depth of the wave against the mean level [m]."""
-        if self._elevation is None:
-            self._look()
-        return self._elevation  # type: ignore[return-value]
-
-    @property
-    def trust(self) -> Trust:
-        """What takes most of the room of linear theory."""
-        if self._trust is None:
-            self._look()
-        return self._trust  # type: ignore[return-value]
-
-    @property
-    def valid(self) -> bool:
-        """Whether the motion is mild enough for linear theory."""
-        if not self._rest.valid:
-            return False
-        if self._trust is None and self._watch.mild(self._bounds()):
-            return True
-        return self.trust.valid
-
-    def rises_above(self, height: float) -> bool:
-        """Tell whether the wave is higher or deeper than this [m]; cheap if it is far from it."""
-        if self._elevation is None and max(self._bounds()) <= height:
-            return False
-        return self.elevation_max > height
-
-    def _bounds(self) -> list[float]:
-        """Return what the wave in each tank cannot be higher than [m]."""
-        if self._at_most is None:
-            self._at_most = self._heights.at_most(self.beta)
-        return self._at_most
-
-    def _look(self) -> None:
-        heights = self._heights.highest(self.beta)
-        self._elevation = max(heights)
-        self._trust = max(self._watch.of_wave(heights), self._rest, key=Trust.use)
 
 
 class SloshEngine:
@@ -409,7 +302,7 @@ class SloshEngine:
         rest = watch.follow(envelope, force, interval, spin)
         return verdict, Loads(sample, wrenches, pressure, beta, model.heights, watch, rest)
 
-    def feed_all(self, stamps: Sequence[int], values: Array) -> list[Loads] | None:
+    def feed_all(self, stamps: Sequence[int], values: Array) -> LoadsBlock | None:
         """
         Take many samples at once, bit for bit as `feed` would one by one.
 
@@ -425,9 +318,9 @@ class SloshEngine:
 
         Returns
         -------
-        list of k Loads, or None
-            None, with nothing done, if not all of the samples follow each other without a gap or
-            anything else to decide on: then they are to be fed one by one.
+        LoadsBlock or None
+            Of k samples; None, with nothing done, if not all of them follow each other without a
+            gap or anything else to decide on: then they are to be fed one by one.
         """
         model, modes, n = self._model, self._modes, len(self._model.omega)
         one_by_one = self._high_pass is not None or self._measured_gravity or self._wanted
@@ -439,9 +332,8 @@ class SloshEngine:
         given, bias = values, self.config.bias
         if bias is not None:
             values = values - np.array(bias)
-        rows = values.tolist()
         if self.config.source == 'imu':
-            for row, interval in zip(rows, intervals, strict=True):
+            for row, interval in zip(values[:, :3].tolist(), intervals, strict=True):
                 self._watch_gravity(row, interval)
         turning = np.stack(products(*values.T[6:]), axis=1)
         motion = np.hstack([values, turning])
@@ -456,19 +348,11 @@ class SloshEngine:
         wrenches, pressure = each(model.output, moving), each(model.pressure, moving)
         pressure = pressure - model.pressure_at_rest
         self._motion[:], self._moving[:] = motion[-1], moving[-1]
-        spin = (turning[:, 0] + turning[:, 1] + turning[:, 2]).tolist()
-        watch, heights = self._watch, model.heights
-        rows = zip(
-            map(MotionSample.of, stamps, map(tuple, given.tolist())),
-            wrenches,
-            pressure,
-            beta,
-            itertools.repeat(heights),
-            itertools.repeat(watch),
-            watch.follow_all(envelope, force, intervals, spin),
-            heights.at_most(beta),
+        spin = turning[:, 0] + turning[:, 1] + turning[:, 2]
+        rest = self._watch.follow_all(envelope, force, intervals, spin)
+        return LoadsBlock(
+            stamps, given, wrenches, pressure, beta, model.heights, self._watch, rest, rest.mild
         )
-        return list(itertools.starmap(Loads, rows))
 
     def _effective_gravity(self, motion: Sequence[float]) -> float | Array:
         """Return the gravity over the standard one that pulls the waves back at this instant."""

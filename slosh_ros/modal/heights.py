@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slosh_ros.modal.integrator import each
 
 Array = NDArray[np.float64]
 
@@ -45,14 +46,21 @@ class WaveHeights:
             highest.append(float(heights[heights.argmax()]) if len(heights) else 0.0)
         return highest
 
-    def at_most(self, beta: Array) -> list[Any]:
+    def highest_of_all(self, beta: Array) -> Array:
+        """Return the largest of `highest` for each row of beta, shape (k, n); shape (k,) [m]."""
+        highest = np.zeros(len(beta))
+        for part, shapes in zip(self._parts, self._shapes, strict=True):
+            heights = np.abs(each(shapes, beta[:, part]))
+            np.maximum(highest, heights.max(axis=1, initial=0.0), out=highest)
+        return highest
+
+    def at_most(self, beta: Array) -> Array:
         """
         Return what the wave in each tank cannot be higher than [m]: all crests at one place.
 
-        Of beta of shape (k, n), a list for each row.
+        Of beta of shape (k, n), a row for each.
         """
-        bounds: list[Any] = np.dot(np.abs(beta), self._most).tolist()
-        return bounds
+        return np.asarray(np.dot(np.abs(beta), self._most))
 
 
 def _distinct(shapes: Array) -> Array:

@@ -169,9 +169,10 @@ class ModalIntegrator:
         if drive is None:
             drive = self.drive_of(force, carried)
         self._take(force, carried, drive)
+        driven = first * before
+        driven += last * drive
         amplitude = free * self._amplitude
-        amplitude -= first * before
-        amplitude -= last * drive
+        amplitude -= driven
         self._amplitude = amplitude
 
     def advance_through(
@@ -192,18 +193,19 @@ class ModalIntegrator:
         array, shape (k, n)
             The wave at the end of each interval.
         """
-        powers = np.array(intervals)[:, np.newaxis] ** _ORDERS
-        gains = each(self._series, powers).view(complex).reshape(len(intervals), 3, -1)
+        # samples of a simulator come at equal intervals
+        distinct, which = np.unique(intervals, return_inverse=True)
+        powers = distinct[:, np.newaxis] ** _ORDERS
+        gains = each(self._series, powers).view(complex).reshape(len(distinct), 3, -1)[which]
         amplitudes = np.empty_like(drive)
         amplitude, before = self._amplitude, self._drive
         if before is None:
             before = self.drive_of(self._force, self._carried)
         driven = gains[:, 1] * np.vstack([before[np.newaxis], drive[:-1]])
-        driving = gains[:, 2] * drive
-        for free, first, last, slot in zip(gains[:, 0], driven, driving, amplitudes, strict=True):
+        driven += gains[:, 2] * drive
+        for free, forced, slot in zip(gains[:, 0], driven, amplitudes, strict=True):
             np.multiply(free, amplitude, out=slot)
-            slot -= first
-            slot -= last
+            slot -= forced
             amplitude = slot
         self._interval, self._gains = intervals[-1], tuple(gains[-1].copy())
         self._amplitude = amplitude.copy()
@@ -271,9 +273,5 @@ def _phi_2_series(x: ComplexArray) -> ComplexArray:
 
 
 def each(matrix: Array, vectors: Array) -> Array:
-    """Multiply each row by a matrix, one by one: products of all at once may round otherwise."""
-    found = np.empty((len(vectors), len(matrix)))
-    if len(matrix):
-        for vector, product in zip(vectors, found, strict=True):
-            np.matmul(matrix, vector, out=product)
-    return found
+    """Multiply each row by a matrix, one by one: one product of them all would round otherwise."""
+    return np.asarray(np.matmul(matrix, vectors[:, :, np.newaxis])[:, :, 0])

@@ -46,6 +46,7 @@ AMPLIFICATION_MAX = 30.0  # an ideal liquid rings on for ever: no more than this
 SPIN_LIMIT = 0.1
 _EDGE = 1e-9  # by which the fill may be off the edge of the range for rounding
 _TINY = float(np.finfo(float).tiny)
+_CLEARLY = 1.0 - 1e-9  # below a limit, whatever rounds
 
 
 class Criterion(Enum):
@@ -175,6 +176,27 @@ class TrustWatch:
         pairs = zip(heights, self._waves, strict=True)
         return all(height * scale <= limit for height, (_, scale, limit) in pairs)
 
+    def all_mild(self, heights: Array) -> NDArray[np.bool_]:
+        """Tell for each row of heights, shape (k, tanks) [m], whether it is `mild`."""
+        scales, limits = np.array([wave[1:] for wave in self._waves]).T
+        return np.asarray(np.all(heights * scales <= limits, axis=1))
+
+    def mild_rest(
+        self, steepness: Array, envelope: Array, static: Array, rate_squares: Array
+    ) -> NDArray[np.bool_]:
+        """Tell for each of k rows whether `worst` is clearly valid; False decides nothing."""
+        slope = steepness.max(axis=1, initial=0.0)
+        spin = rate_squares * self._reach
+        mild = (slope < _CLEARLY * SLOPE_LIMIT) & (spin < _CLEARLY * SPIN_LIMIT)
+        mild &= self._shallow.valid
+        doubtful = mild & (slope**2 * AMPLIFICATION_MAX >= _CLEARLY * RESONANCE_LIMIT)
+        if doubtful.any():
+            floor = np.maximum(static[doubtful], _TINY)
+            amplified = np.minimum(envelope[doubtful], AMPLIFICATION_MAX * floor) / floor
+            near = np.max(steepness[doubtful] ** 2 * amplified, axis=1, initial=0.0)
+            mild[doubtful] = near < _CLEARLY * RESONANCE_LIMIT
+        return np.asarray(mild)
+
     def follow(
         self, envelope: Array, driving: Array, interval: float, rate_square: float
     ) -> Trust:
@@ -186,15 +208,11 @@ class TrustWatch:
         self._static *= self._keep
         np.maximum(self._static, static, out=self._static)
         steepness: list[float] = (envelope * self._wave_number).tolist()
-        return self._worst(steepness, envelope, self._static, rate_square)
+        return self.worst(steepness, envelope, self._static, rate_square)
 
     def follow_all(
-        self,
-        envelope: Array,
-        driving: Array,
-        intervals: Sequence[float],
-        rate_squares: Sequence[float],
-    ) -> list[Trust]:
+        self, envelope: Array, driving: Array, intervals: Sequence[float], rate_squares: Array
+    ) -> Instants:
         """Look at k instants, one after the other, as `follow` does; arrays of shape (k, n)."""
         self._interval = 0.0  # of what is kept
         keep = np.exp(self._forget * np.array(intervals)[:, np.newaxis])
@@ -205,13 +223,12 @@ class TrustWatch:
             np.maximum(before * kept, now, out=now)
             before = now
         self._static = before.copy()
-        steepness = (envelope * self._wave_number).tolist()
-        rows = zip(steepness, envelope, static, rate_squares, strict=True)
-        return [self._worst(*row) for row in rows]
+        return Instants(self, envelope * self._wave_number, envelope, static, rate_squares)
 
-    def _worst(
+    def worst(
         self, steepness: list[float], envelope: Array, static: Array, rate_square: float
     ) -> Trust:
+        """Judge an instant by steepness and envelope of each mode, its static height, the spin."""
         worst, use = self._shallow, self._least
         slope = max(steepness, default=0.0)
         if slope / SLOPE_LIMIT > use:
@@ -230,6 +247,41 @@ class TrustWatch:
         if spin / SPIN_LIMIT > use:
             worst = Trust(Criterion.SPIN, spin, SPIN_LIMIT)
         return worst
+
+
+class Instants:
+    """
+    What a watch sees of instants in a row; each is judged when it is asked for.
+
+    Parameters
+    ----------
+    watch : TrustWatch
+        The watch.
+    steepness, envelope, static : array, shape (k, n)
+        As `TrustWatch.worst` takes them.
+    rate_squares : array, shape (k,)
+        Square of the angular rate [rad^2/s^2].
+    """
+
+    def __init__(
+        self,
+        watch: TrustWatch,
+        steepness: Array,
+        envelope: Array,
+        static: Array,
+        rate_squares: Array,
+    ) -> None:
+        self._watch = watch
+        self._seen = steepness, envelope, static, rate_squares
+        self.mild = watch.mild_rest(*self._seen)
+        """Where the judgement is clearly valid, shape (k,); elsewhere it may be or not."""
+
+    def __getitem__(self, place: int) -> Trust:
+        """Return the judgement of one instant."""
+        steepness, envelope, static, rate_squares = self._seen
+        return self._watch.worst(
+            steepness[place].tolist(), envelope[place], static[place], float(rate_squares[place])
+        )
 
 
 def _film(coefficients: ModalCoefficients) -> float:

@@ -12,8 +12,8 @@ from sensor_msgs.msg import FluidPressure, JointState
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine import Loads, SloshEngine
+from slosh_ros.engine.stamped import StampedDoubles
 from slosh_ros.parameters import Values
-from slosh_ros.ros.stamped import StampedDoubles
 from slosh_ros.ros.surface import SurfaceTopic
 
 _DEPTH = 10

@@ -122,7 +122,7 @@ def replay_history(scenario_file: Path, history: NDArray[np.void]) -> Recording:
         force, rate = ([float(row[f'imu_{k}{axis}']) for axis in 'xyz'] for k in 'aw')
         _, loads = engine.feed(MotionSample.from_imu(int(row['stamp_ns']), force, rate))
         if loads is not None:
-            recording.write(loads)
+            recording.write([loads])
     return recording
 
 
