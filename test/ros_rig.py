@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
+import psutil
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
@@ -52,6 +53,11 @@ class NodeProcess:
             assert self._process.poll() is None, f'the node ended: {self.output}'
             assert time.monotonic() < until, f'no {text!r} in: {self.output}'
             time.sleep(0.02)
+
+    @property
+    def children(self) -> list[psutil.Process]:
+        """Processes that it has started and that are not over."""
+        return psutil.Process(self._process.pid).children()
 
     def stop(self, number: int = signal.SIGINT) -> int:
         """Send a signal and return the exit code."""

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # The rooms from the ground up; one imports only from those on lower lines.
 HOUSE = (
     ('constants', 'errors'),
-    ('parameters', 'tank'),
+    ('apart', 'parameters', 'tank'),
     ('hydro',),
     ('modal',),
     ('engine', 'vehicle'),

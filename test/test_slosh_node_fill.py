@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
@@ -14,7 +16,17 @@ from geometry_msgs.msg import InertiaStamped
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros_rig import NANOSECONDS, QOS, Driver, NodeProcess, call, diagnostics, imu, wrench_of
+from ros_rig import (
+    NANOSECONDS,
+    QOS,
+    TIMEOUT,
+    Driver,
+    NodeProcess,
+    call,
+    diagnostics,
+    imu,
+    wrench_of,
+)
 from std_msgs.msg import Float64, Float64MultiArray
 
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
@@ -255,8 +267,32 @@ def test_samples_do_not_wait_while_the_liquid_at_other_fills_is_computed(tmp_pat
         assert 'is being computed' not in node.output
         waits.clear()
         fills.fill(0.25)
+        while not (workers := node.children):
+            one(k := k + 1)
         while abs(one(k := k + 1) / full - 0.5) > 1e-6:
             assert k < 6000
         assert 'is being computed' in node.output
         assert len(waits) > 30
         assert np.median(waits) < 0.05
+        assert not psutil.wait_procs(workers, TIMEOUT)[1]
+
+
+def test_a_node_that_ends_while_it_computes_leaves_no_process(tmp_path: Path):
+    """Ctrl-C and a crash of a caller are in test_apart."""
+    file = tmp_path / 'tank.yaml'
+    file.write_text(SPHERE.replace('0.9', '0.95'))  # which is on no disk
+    with (
+        NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(file)) as node,
+        Driver() as driver,
+    ):
+        node.wait_for('ready')
+        fills = Fills(driver, 'slosh_node/fill')
+        driver.spin_for(0.3)
+        fills.fill(0.25)
+        node.wait_for('is being computed')
+        workers = node.children
+        assert len(workers) == 1
+        assert node.stop(signal.SIGTERM) == 0
+        assert not psutil.wait_procs(workers, TIMEOUT)[1]
+        assert 'Traceback' not in node.output
+        assert 'Fatal' not in node.output

@@ -135,10 +135,15 @@ def test_the_last_tables_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch)
     assert (folder / 'letter.txt').exists()
 
 
-def test_the_second_engine_has_its_table_at_once(folder: Path, solutions: list[float]) -> None:
+def test_the_second_engine_has_its_table_at_once_and_from_elsewhere_the_same(
+    folder: Path, solutions: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
     config = SloshConfig.from_parameters(
-        {'tank.shape': 'sphere', 'tank.radius': 0.61, 'tank.fill_ratio': 0.5, 'tank.modes': 2}
-    )
+        {
+            'tank.shape': 'sphere', 'tank.radius': 0.61, 'tank.fill_ratio': 0.5, 'tank.modes': 2,
+            'tank.pressure.wall': [0.0, 0.0, -0.5],
+        }
+    )  # fmt: skip
     (tank,) = config.tanks
     solved = []
     for _ in range(2):  # as in two processes
@@ -149,4 +154,21 @@ def test_the_second_engine_has_its_table_at_once(folder: Path, solutions: list[f
         solved.append(len(solutions))
     assert 0 < solved[0] == solved[1]
     assert fill.error < 1e-4
-    assert len(list(folder.iterdir())) == 1
+    (file,) = folder.iterdir()
+    monkeypatch.setenv('XDG_CACHE_HOME', str(file))  # nothing comes by the disk
+    elsewhere = LiveFill(tank, tank.coefficients())
+    elsewhere.prepare(elsewhere=True)
+    assert len(solutions) == solved[1]
+    assert elsewhere.error == fill.error
+    for ratio in (0.004, 0.3, 0.5, 0.9, 0.995, 1.0):
+        (a, share), (b, other_share) = fill.at(ratio), elsewhere.at(ratio)
+        assert (a.names, share) == (b.names, other_share)
+        for part in ('omega', 'mu', 'coupling', 'inertia_stokes_joukowski', 'surface_shapes'):
+            assert np.array_equal(getattr(a, part), getattr(b, part))
+        points = tank.points_of_pressure(a.liquid)
+        assert a.potentials is not None
+        assert b.potentials is not None
+        assert np.array_equal(a.potentials.modes(points), b.potentials.modes(points))
+        assert np.array_equal(
+            a.potentials.stokes_joukowski(points), b.potentials.stokes_joukowski(points)
+        )

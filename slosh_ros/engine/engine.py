@@ -152,6 +152,9 @@ class SloshEngine:
         """
         Make :meth:`set_fill` fast in all tanks; takes seconds the first time, in any thread.
 
+        The work is done by a process of its own (:mod:`slosh_ros.apart`), so that the
+        samples of another thread go on.
+
         Raises
         ------
         InputError
@@ -159,7 +162,7 @@ class SloshEngine:
         """
         for fill in self._fills.values():
             if fill.changeable:
-                fill.prepare()
+                fill.prepare(elsewhere=True)
 
     def checked_fill(self, tank: str, ratio: object) -> float:
         """

@@ -20,13 +20,14 @@ empty or full tank has no waves; what comes after that starts at rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slosh_ros.apart import apart
 from slosh_ros.engine.config import TankConfig
 from slosh_ros.engine.model import TankModel
 from slosh_ros.errors import InputError
@@ -43,6 +44,7 @@ from slosh_ros.tank import (
 )
 
 Array = NDArray[np.float64]
+Solved = tuple[tuple[str, ...], FillTable]
 
 HALF = 0.5  # fill of which the modes are taken where the tank itself has none
 _COUPLINGS = (0, 1, 5)  # surge, sway, yaw: the lowest mode of each is always among the modes
@@ -113,9 +115,14 @@ class LiveFill:
         """Largest relative error of frequencies, couplings and inertias; 0 of closed forms."""
         return self._table.error if self._table is not None else 0.0
 
-    def prepare(self) -> None:
+    def prepare(self, elsewhere: bool = False) -> None:
         """
         Solve for the fills between which is interpolated; takes seconds, in any thread.
+
+        Parameters
+        ----------
+        elsewhere : bool
+            Whether a process of its own does it, so that other threads go on meanwhile.
 
         Raises
         ------
@@ -135,9 +142,7 @@ class LiveFill:
             raise InputError(f'the fill of {name} cannot change while it runs: {why}')
         if self.ready:
             return
-        self._names = self._all_names()
-        points = np.array(list(config.pressure_points.values())).reshape(-1, 3)
-        table = _table(config.tank, self._names, tuple(map(tuple, points.tolist())))
+        self._names, table = self._solve(apart if elsewhere else _here)
         n = len(self._start.names)
         if n:
             same = table.at(self._start.liquid.fill_ratio, config.density)
@@ -145,7 +150,6 @@ class LiveFill:
             self._sign = np.append(np.sign(alike), np.ones(len(self._names) - n))
         else:
             self._sign = np.ones(len(self._names))
-        still(config.tank, 1.0, config.density)
         self._table = table
 
     def at(self, fill_ratio: float) -> tuple[ModalCoefficients, float]:
@@ -160,13 +164,15 @@ class LiveFill:
         config = self.config
         if not self.changeable:
             self.prepare()
-        if fill_ratio in (0.0, 1.0):
+        if fill_ratio == 0.0 or (fill_ratio == 1.0 and _upright(config.tank)):
             return still(config.tank, fill_ratio, config.density), 1.0
         if _upright(config.tank):
             depth = config.tank.depth(fill_ratio)
             return coefficients_of(config.tank, depth, config.density, config.modes), 1.0
         self.prepare()
         assert self._table is not None
+        if fill_ratio == 1.0:
+            return self._table.at(fill_ratio, config.density), 1.0
         low, high = FILL_RANGE
         share = min(1.0, fill_ratio / low, (1.0 - fill_ratio) / (1.0 - high))
         return self._table.at(fill_ratio, config.density).turned(self._sign), share
@@ -184,20 +190,16 @@ class LiveFill:
             names = coefficients_of(config.tank, half, config.density, config.modes).names
         return coefficients_of(config.tank, config.tank.depth(fill_ratio), config.density, names)
 
-    def _all_names(self) -> tuple[str, ...]:
-        """Names of the modes at first and the half-full tank's first of each kind."""
-        config, names = self.config, self._start.names
-        half = coefficients_of(config.tank, config.tank.depth(HALF), config.density, config.modes)
-        if not names:
-            return half.names
-        if config.damping is not None and config.damping.size > 1:
-            return names  # one number a mode: there are none for more
-        first = [
-            half.names[int(np.flatnonzero(half.coupling[:, k])[0])]
-            for k in _COUPLINGS
-            if half.coupling[:, k].any()
-        ]
-        return names + tuple(name for name in dict.fromkeys(first) if name not in names)
+    def _solve(self, do: Callable[..., Solved]) -> Solved:
+        """Solve for what :meth:`prepare` needs."""
+        try:
+            return do(_solved_for, self.config, self._start.names)
+        except InputError:
+            raise
+        except (ArithmeticError, MemoryError, RuntimeError, ValueError) as error:
+            raise InputError(
+                f'the liquid of {self.config.name} at other fills could not be computed: {error}'
+            ) from error
 
 
 def carried_over(old: TankModel, new: TankModel, settled: Array) -> Array:
@@ -255,6 +257,33 @@ def _upright(tank: Tank) -> bool:
     return isinstance(tank, UprightCylinder) or (
         isinstance(tank, UniformTank) and isinstance(tank.section, Rectangle)
     )
+
+
+def _here(function: Callable[..., Solved], *arguments: object) -> Solved:
+    """Call a function in this process."""
+    return function(*arguments)
+
+
+def _solved_for(config: TankConfig, names: tuple[str, ...]) -> Solved:
+    """Find modes, those a tank has at first among them, and their table over the fill."""
+    names = _all_names(config, names)
+    points = np.array(list(config.pressure_points.values())).reshape(-1, 3)
+    return names, _table(config.tank, names, tuple(map(tuple, points.tolist())))
+
+
+def _all_names(config: TankConfig, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of the modes at first and the half-full tank's first of each kind."""
+    half = coefficients_of(config.tank, config.tank.depth(HALF), config.density, config.modes)
+    if not names:
+        return half.names
+    if config.damping is not None and config.damping.size > 1:
+        return names  # one number a mode: there are none for more
+    first = [
+        half.names[int(np.flatnonzero(half.coupling[:, k])[0])]
+        for k in _COUPLINGS
+        if half.coupling[:, k].any()
+    ]
+    return names + tuple(name for name in dict.fromkeys(first) if name not in names)
 
 
 @lru_cache(maxsize=16)

@@ -24,20 +24,26 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.coefficients import Array, ModalCoefficients, Potentials, peaks
+from slosh_ros.hydro.coefficients import (
+    Array,
+    ModalCoefficients,
+    Potentials,
+    peaks,
+    still_coefficients,
+)
 from slosh_ros.hydro.routes import coefficients_of
 from slosh_ros.tank import LiquidAtRest, Polygon, RoundedRectangle, Tank, UniformTank
 from slosh_ros.tank.triangulation import corner_angles
 
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)
-FADING = 'fill table, fading'  # route of what is beyond
+_ROUTE = 'fill table'
+FADING = f'{_ROUTE}, fading'  # route of what is beyond
 TOLERANCE = 5e-5  # [-] of what a new node is missed by
 _HEIGHTS = 0.05  # weight of the error of heights at single points: they may miss by 1e-3
 _SPARSE = 4  # of so many samples of the crests one is enough: the ends, and a parabola at peaks
@@ -193,6 +199,8 @@ class FillTable:
         self._done: list[_Interval] = []
         self._crossings = self._levels()
         self._crossed: list[_Node] = []
+        # of the full tank: J0 at a density of 1, and the potentials of rotation at the points
+        self._full: tuple[Array, Array] | None = None
         self._curves: list[Callable[[float], Array]] | None = None
 
     # --- building ---
@@ -221,7 +229,9 @@ class FillTable:
         return self
 
     def step(self) -> None:
-        """Find one solution."""
+        """Find one solution; with the first, that of the full tank."""
+        if self._full is None:
+            self._full = self._solved_full()
         if not self._open:
             angle = self._crossings.pop()
             self._crossed.append(self._solved(angle).alike(self._values(angle)))
@@ -284,6 +294,14 @@ class FillTable:
         values = np.concatenate([part.ravel() for part in parts])
         return _Node(angle, sizes, values, self._potentials(c, unit))
 
+    def _solved_full(self) -> tuple[Array, Array]:
+        c = still(self.tank, 1.0, 1.0)
+        potentials = np.zeros((0, 3))
+        if len(self._points):
+            assert c.potentials is not None
+            potentials = c.potentials.stokes_joukowski(self._points - c.liquid.surface_centre)
+        return c.inertia_stokes_joukowski, potentials
+
     def _missed(self, node: _Node, guess: Array) -> float:
         """By how much a guess misses a node: error over the largest of the kind."""
         errors = [0.0]
@@ -309,6 +327,7 @@ class FillTable:
         parts, nodes = self._done, [node for part in self._done for node in part.nodes]
         nodes += self._crossed
         sizes = nodes[0].sizes
+        assert self._full is not None
         return {
             'intervals': np.array([[p.begin, p.end, p.at_corner, p.error] for p in parts]),
             'counts': np.array([len(part.nodes) for part in parts]),
@@ -317,6 +336,8 @@ class FillTable:
             'sizes': np.concatenate([np.array(size, dtype=np.intp) for size in sizes]),
             'values': np.stack([node.values for node in nodes]),
             'at_points': np.stack([node.at_points for node in nodes]),
+            'full_inertia': self._full[0],
+            'full_potentials': self._full[1],
             'solutions': np.array(self.solutions),
         }
 
@@ -344,6 +365,7 @@ class FillTable:
         self._crossed = nodes[ends[-1] :]
         if len(self._crossed) != len(self._crossings):
             raise ValueError('other points of pressure')
+        self._full = stored['full_inertia'], stored['full_potentials']
         self._open, self._crossings = [], []
         self.solutions = int(stored['solutions'])
 
@@ -360,8 +382,10 @@ class FillTable:
         density : float
             Of the liquid [kg/m^3].
         """
-        if fill_ratio in (0.0, 1.0):
-            return still(self.tank, fill_ratio, density)
+        if fill_ratio == 0.0:
+            return still(self.tank, 0.0, density)
+        if fill_ratio == 1.0:
+            return self._closed(density)
         low, high = FILL_RANGE
         if fill_ratio < low:
             return self._fading(fill_ratio, low, fill_ratio / low, density)
@@ -379,7 +403,7 @@ class FillTable:
         mass = density * liquid.volume
         mu = density * np.sin(angle) / (highest * np.exp(omega)) ** 2
         return ModalCoefficients(
-            route='fill table',
+            route=_ROUTE,
             density=density,
             liquid=liquid,
             names=self.names,
@@ -404,7 +428,7 @@ class FillTable:
         edge_angle, angle = self._angle(c.liquid.depth), self._angle(liquid.depth)
         highest = np.sqrt(density * np.sin(edge_angle) / c.mu) / c.omega
         if fill_ratio > edge:
-            end = self._full(density)
+            end = self._closed(density)
             turning = share * turning + (1.0 - share) * _at_centroid(end) / end.mass
         mass, centroid = density * liquid.volume, liquid.centroid
         return replace(
@@ -417,8 +441,14 @@ class FillTable:
             potentials=self._potentials_at(angle, liquid, highest),
         )
 
-    def _full(self, density: float) -> ModalCoefficients:
-        return still(self.tank, 1.0, density)
+    def _closed(self, density: float) -> ModalCoefficients:
+        """Coefficients of the full tank."""
+        assert self._full is not None
+        inertia, turning = self._full
+        liquid = self.tank.filled(self.tank.height)
+        points = self._points - liquid.surface_centre
+        potentials = _AtPoints(points, np.zeros((len(points), 0)), turning)
+        return still_coefficients(_ROUTE, density, liquid, density * inertia, potentials)
 
     def _values(self, angle: float) -> Array:
         part = next((part for part in self._done if angle <= part.end), self._done[-1])
@@ -536,7 +566,6 @@ def _at_centroid(c: ModalCoefficients) -> Array:
     return c.inertia_stokes_joukowski - c.mass * _parallel_axis(c.liquid.centroid)
 
 
-@lru_cache(maxsize=64)
 def still(tank: Tank, fill_ratio: float, density: float) -> ModalCoefficients:
     """Coefficients of an empty (0) or a full (1) tank."""
     return coefficients_of(tank, fill_ratio * tank.height, density, 1)

@@ -28,8 +28,8 @@ class FillInput:
     Takes fills from `~/fill`, `~/<tank>/fill` where there are several tanks, and the parameters.
 
     The first one may have to wait for seconds, in which the liquid at other fills is computed in
-    a thread of its own; the samples go on. The parameter `<tank>.fill_ratio`, where it was given,
-    follows the topic.
+    a process of its own, on which a thread waits; the samples go on. The parameter
+    `<tank>.fill_ratio`, where it was given, follows the topic.
 
     Parameters
     ----------
@@ -125,8 +125,6 @@ class FillInput:
             self._engine.prepare_fills()
         except InputError as error:
             self._impossible = str(error)
-        except (ArithmeticError, MemoryError, RuntimeError, ValueError) as error:
-            self._impossible = f'the liquid at other fills could not be computed: {error}'
 
     def _apply(self) -> None:
         """Hand on what waits, once the liquid is known at every fill."""
