@@ -23,7 +23,7 @@ from slosh_ros.bag.writer import LoadsWriter
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine import SloshConfig, SloshEngine, Verdict
 from slosh_ros.engine.config import TankConfig
-from slosh_ros.engine.convert import IMU, input_type
+from slosh_ros.engine.convert import IMU, fill_topics, input_type
 from slosh_ros.engine.fill import LiveFill
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients
@@ -147,6 +147,13 @@ def replay(
     config: Annotated[Path, typer.Option(help='ROS 2 parameter file.')],
     imu: Annotated[Optional[str], typer.Option(help='Topic of the Imu.')] = None,
     twist: Annotated[Optional[str], typer.Option(help='Topic of the Twist.')] = None,
+    fill: Annotated[
+        Optional[list[str]],
+        typer.Option(
+            metavar='[TANK=]TOPIC',
+            help='Topic of the fill, if it is not called as that of slosh_node; may be repeated.',
+        ),
+    ] = None,
     out: Annotated[Optional[Path], typer.Option(help='Write the loads: .csv or .mcap.')] = None,
     plot: Annotated[Optional[Path], typer.Option(help='Draw the loads: PNG, SVG, PDF.')] = None,
     animate: Annotated[
@@ -178,7 +185,8 @@ def replay(
     kind = input_type(engine)
     topic, default = (imu, '/imu/data') if kind == IMU else (twist, '/twist')
     peaks, recording = Peaks(engine), Recording(engine)
-    with MotionBag(bag, kind, topic, default, start, duration) as source:
+    fills = _fill_topics(engine, fill or [])
+    with MotionBag(bag, kind, topic, default, start, duration, fills) as source:
         writers: list[LoadsWriter] = [peaks]
         if plot is not None or animate is not None:
             writers.append(recording)
@@ -187,7 +195,12 @@ def replay(
         begin, end = source.span
         with _progress(f'replaying {source.topic}', end - begin) as advance:
             count = replay_bag(source, engine, writers, lambda now: advance(now - begin), monitor)
+        followed = source.fill_topics
     _print_replay(peaks, engine, source.topic, count)
+    for name, told in followed.items():
+        _out.print(
+            f'{name} is filled as {told} tells, in the end to {engine.fill_ratio(name):.1%}'
+        )
     if monitor is not None:
         _print_rollover(peaks, monitor)
     if plot is not None:
@@ -323,6 +336,29 @@ def _keep_bag(bag: Path, path: Path | None) -> None:
 
 def _plain(text: str) -> str:
     return text.replace('[', r'\[')
+
+
+def _fill_topics(
+    engine: SloshEngine, given: Sequence[str]
+) -> dict[str, tuple[Optional[str], str]]:
+    """Topic of each tank's fill that was given, and how slosh_node would call it."""
+    usual = fill_topics(engine)
+    chosen: dict[str, str] = {}
+    for text in given:
+        name, _, topic = text.rpartition('=')
+        name = name or next(iter(usual))
+        if (
+            name not in usual
+            or not topic
+            or name in chosen
+            or (len(usual) > 1 and '=' not in text)
+        ):
+            raise InputError(
+                f'--fill is {text}; it must be the topic of the fill, with several tanks after '
+                f'the name of one and =, once each; there is {", ".join(usual)}'
+            )
+        chosen[name] = topic
+    return {name: (chosen.get(name), f'slosh_node/{topic}') for name, topic in usual.items()}
 
 
 def _one_tank(settings: SloshConfig, path: Path, name: str | None) -> TankConfig:

@@ -55,6 +55,17 @@ class RolloverMonitor:
         self._acceleration = AccelerationFilter(config.loads_cutoff)
         self._lever = Lever(config.imu)
 
+    def refill(self, engine: SloshEngine) -> None:
+        """
+        Take another liquid from the engine.
+
+        Raises
+        ------
+        InputError
+            If the laden vehicle cannot stand with it.
+        """
+        self.balance = RollBalance(self.balance.vehicle, engine.rigid, engine.settled)
+
     def take(self, sample: MotionSample, wrench: Array) -> Rollover | None:
         """
         Take a sample that slosh_node has accepted, in order.

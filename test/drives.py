@@ -88,8 +88,14 @@ def write_bag(
     force: object,
     kind: str = 'mcap',
     topic: str = '/imu/data',
+    fills: Iterable[tuple[int, str, float]] = (),
 ) -> Path:
-    """Write a bag of Imu messages: `mcap`, `mcap_zstd`, `sqlite3`, `sqlite3_zstd` or `ros1`."""
+    """
+    Write a bag of Imu messages: `mcap`, `mcap_zstd`, `sqlite3`, `sqlite3_zstd` or `ros1`.
+
+    Fills, each with its time and topic, come before an Imu message of the same time.
+    """
+    filled = sorted(fills)
     if kind == 'ros1':
         store = get_typestore(Stores.ROS1_NOETIC)
         with Writer1(path) as writer:
@@ -106,8 +112,16 @@ def write_bag(
     if kind == 'sqlite3_zstd':
         writer.set_compression(CompressionMode.FILE, CompressionFormat.ZSTD)
     with writer:
+        levels = {
+            name: writer.add_connection(name, 'std_msgs/msg/Float64', typestore=store)
+            for name in sorted({name for _, name, _ in filled})
+        }
         connection = writer.add_connection(topic, 'sensor_msgs/msg/Imu', typestore=store)
         for stamp in times:
+            while filled and filled[0][0] <= stamp:
+                at, name, ratio = filled.pop(0)
+                level = store.types['std_msgs/msg/Float64'](ratio)
+                writer.write(levels[name], at, store.serialize_cdr(level, level.__msgtype__))
             message = imu_message(store, stamp, force((stamp - START) / SECOND), (0, 0, 0))
             writer.write(connection, stamp, store.serialize_cdr(message, connection.msgtype))
     return path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,12 @@ from drives import SECOND, START, G, feed, stamps, wrenches, write_bag
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from slosh_ros.bag import MotionBag, Recording, replay
+from slosh_ros.cli import _fill_topics
 from slosh_ros.engine import SloshConfig, SloshEngine
+from slosh_ros.engine.convert import IMU
+from slosh_ros.errors import InputError
+from slosh_ros.study.animation import animate_replay
 
 BRAKED = """/**:
   ros__parameters:
@@ -253,3 +259,102 @@ def test_live_equals_offline_bit_for_bit(tmp_path):
             live.append([stamp_of(wrench), *wrench_of(wrench), *wrench_of(total)])
     assert len(live) == len(offline) == 6256
     assert live == [[int(row[0]), *map(float, row[1:13])] for row in offline]
+
+
+TANKS = """/**:
+  ros__parameters:
+    tanks: [front, rear]
+    front: {xyz: [2.0, 0.0, 1.0], shape: rectangular, length: 3.0, width: 2.0, height: 1.5,
+            fill_ratio: 0.5}
+    rear: {xyz: [-2.0, 0.0, 1.0], shape: cylinder_z, radius: 0.9, height: 1.5, fill_ratio: 0.5}
+"""
+LEVELS = (  # time [s], tank, ratio
+    (0.2, 'front', 0.52), (0.5, 'rear', 0.3), (0.5, 'front', 0.0), (1.25, 'front', 0.7),
+    (1.3, 'rear', float('nan')), (1.3, 'rear', 1.7), (2.1, 'rear', 1.0),
+)  # fmt: skip
+
+
+def filled_as_told(tanks: Path, times: list[int], since: int = START) -> np.ndarray:
+    """Total wrenches of an engine that is told of the levels between the samples."""
+    engine = SloshEngine(SloshConfig.from_file(tanks))
+    levels = [(START + round(t * SECOND), name, ratio) for t, name, ratio in LEVELS]
+    answers = []
+    for stamp in times:
+        while levels and levels[0][0] <= stamp:
+            _, name, ratio = levels.pop(0)
+            if ratio in (0.52, 0.3, 0.0, 0.7, 1.0):
+                engine.set_fill(name, ratio)
+        if stamp >= since:
+            answers += [loads.total for loads in feed(engine, [stamp], brake)]
+    return np.array(answers)
+
+
+def test_a_bag_that_holds_fills_is_replayed_with_them(tmp_path):
+    """Each in its place; with a start, the last ones from before; what is none is told."""
+    tanks = tmp_path / 'tanks.yaml'
+    tanks.write_text(TANKS)
+    times = stamps(3.0, 0.01)
+    levels = [
+        (START + round(t * SECOND), f'/truck/slosh_node/{name}/fill', ratio)
+        for t, name, ratio in LEVELS
+    ]
+    bag = write_bag(tmp_path / 'drive', times, brake, fills=levels)
+    out = tmp_path / 'loads.csv'
+    result = slosh('replay', bag, '--config', tanks, '--out', out)
+    assert result.returncode == 0, result.stderr
+    assert 'rear is filled as /truck/slosh_node/rear/fill tells, in the end to 100.0%' in (
+        result.stdout
+    )
+    assert '2 x rear not filled as told; first because the fill of rear is nan' in result.stdout
+    expected = filled_as_told(tanks, times)
+    rows = table(out)
+    for k, column in enumerate(('fx', 'fy', 'fz', 'mx', 'my', 'mz')):
+        assert np.array_equal(rows[f'total_{column}'], expected[:, k])
+    usual = {name: (None, f'slosh_node/{name}/fill') for name in ('front', 'rear')}
+    for kind, start in (('sqlite3', 0.0), ('sqlite3_zstd', 1.0)):
+        bag = write_bag(tmp_path / kind, times, brake, kind, fills=levels)
+        engine = SloshEngine(SloshConfig.from_file(tanks))
+        recording = Recording(engine)
+        with MotionBag(bag, IMU, start=start, fills=usual) as source:
+            replay(source, engine, [recording])
+        since = START + round(start * SECOND)
+        assert np.array_equal(recording.total, filled_as_told(tanks, times, since))
+    assert recording.liquids == 3
+    with pytest.raises(InputError, match='cannot show a fill that changes'):
+        animate_replay(recording, engine, 'drive', tmp_path / 'drive.gif', print)
+
+
+def test_fills_of_other_names_are_chosen_or_refused_in_words(tmp_path, config):
+    engine = SloshEngine(SloshConfig.from_file(config))
+    times = stamps(0.1, 0.01)
+    levels = [(START, name, 0.6) for name in ('/level', '/a/slosh_node/fill', '/slosh_node/fill')]
+    bag = write_bag(tmp_path / 'drive', times, brake, fills=levels)
+    for topic in ('level', '/level'):
+        with MotionBag(bag, IMU, fills={'tank': (topic, 'slosh_node/fill')}) as source:
+            assert source.fill_topics == {'tank': '/level'}
+            assert [block.fills for block in source.blocks(100)] == [[('tank', 0.6)]]
+    with MotionBag(bag, IMU) as source:  # nobody wants them
+        assert [block.fills for block in source.blocks(100)] == [[]]
+    with MotionBag(bag, IMU, fills={'tank': (None, 'other_node/fill')}) as source:
+        assert not source.fill_topics
+    for topic, says in (
+        (None, 'has fills on /a/slosh_node/fill, /slosh_node/fill; say which one'),
+        ('/imu/data', 'has sensor_msgs/msg/Imu on /imu/data; std_msgs/Float64 is on'),
+        ('/levels', 'has no topic /levels; std_msgs/Float64 is on /a/slosh_node/fill, /level'),
+    ):
+        with pytest.raises(InputError, match=re.escape(says)):
+            MotionBag(bag, IMU, fills={'tank': (topic, 'slosh_node/fill')})
+    assert _fill_topics(engine, ['/level']) == {'tank': ('/level', 'slosh_node/fill')}
+    assert _fill_topics(engine, ['tank=/level']) == {'tank': ('/level', 'slosh_node/fill')}
+    tanks = tmp_path / 'tanks.yaml'
+    tanks.write_text(TANKS)
+    two = SloshEngine(SloshConfig.from_file(tanks))
+    assert _fill_topics(two, ['rear=/level']) == {
+        'front': (None, 'slosh_node/front/fill'), 'rear': ('/level', 'slosh_node/rear/fill')
+    }  # fmt: skip
+    for several, given in (
+        (two, ['/level']), (two, ['middle=/level']), (two, ['rear=']), (two, ['rear=/a'] * 2),
+        (engine, ['']), (engine, ['/a', '/b']),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match='it must be the topic of the fill'):
+            _fill_topics(several, given)

@@ -8,13 +8,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from conftest import REPOSITORY
-from drives import engine_of
+from drives import engine_of, stamps, write_bag
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from test_bad_input import refused
 from test_replay import HEAD, slosh, table
 
-from slosh_ros.bag import MotionBag
+from slosh_ros.bag import MotionBag, Recording, replay
 from slosh_ros.constants import GRAVITY
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine, feed_message
 from slosh_ros.engine.convert import IMU
@@ -528,3 +528,22 @@ def test_replay_is_the_monitor_fed_by_hand():
             _, loads = feed_message(engine, message, received)
             rollover = monitor.take(loads.sample, loads.wrench)
             assert abs(rollover.load_transfer_ratio) < 0.25
+
+
+def test_a_fill_that_changes_in_a_bag_is_a_load_that_changes(tmp_path):
+    """The vehicle is judged with the liquid that is there, from the sample on that finds it."""
+    times = stamps(2.0, 0.01)
+    bag = write_bag(
+        tmp_path / 'drive', times, lambda _: (0.0, 1.0, GRAVITY), fills=[(times[100], '/f', 0.9)]
+    )
+    engine = engine_of()
+    monitor = RolloverMonitor(engine, VEHICLE)
+    recording = Recording(engine)
+    with MotionBag(bag, IMU, fills={'tank': ('/f', '')}) as source:
+        replay(source, engine, [recording], monitor=monitor)
+    laden = RolloverMonitor(engine_of(tank__fill_depth=0.9 * 1.6), VEHICLE).balance
+    assert monitor.balance.threshold_liquid == pytest.approx(laden.threshold_liquid, rel=1e-9)
+    assert monitor.balance.threshold_solid == pytest.approx(laden.threshold_solid, rel=1e-9)
+    steps = np.abs(np.diff(recording.rollover.settled))
+    assert steps.argmax() == 99
+    assert steps[99] > 20.0 * np.delete(steps, 99).max()

@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
+from drives import write_bag
 from geometry_msgs.msg import InertiaStamped
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
@@ -29,7 +30,9 @@ from ros_rig import (
 )
 from std_msgs.msg import Float64, Float64MultiArray
 
+from slosh_ros.bag import MotionBag, Recording, replay
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
+from slosh_ros.engine.convert import IMU
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -76,8 +79,9 @@ class Fills:
         self.publisher.publish(Float64(data=ratio))
 
 
-def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same(tmp_path: Path):
+def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same_and_the_bag(tmp_path: Path):
     """Draining to empty and filling to the brim on the way; bit for bit what set_fill gives."""
+    live, sent = [], []
     file = tmp_path / 'tank.yaml'
     file.write_text(TANK)
     engine = SloshEngine(SloshConfig.from_file(file))
@@ -111,6 +115,7 @@ def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same(tmp_path: P
                 ).results  # fmt: skip
                 assert result.successful, result.reason
             engine.set_fill('tank', ratio)
+            sent.append((sample(k)[0], '/slosh_node/fill', ratio))
             for _ in range(15):
                 stamp, force = sample(k)
                 k += 1
@@ -118,6 +123,7 @@ def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same(tmp_path: P
                 _, loads = engine.feed(MotionSample.from_imu(stamp, list(force), [0.0] * 3))
                 assert wrench_of(slosh) == loads.wrench.tolist()
                 assert wrench_of(total) == loads.total.tolist()
+                live.append(wrench_of(total))
             mass = 12000.0 * ratio
             assert engine.carried.mass == pytest.approx(mass)
             driver.spin_until(lambda mass=mass: abs(liquids[-1].inertia.m - mass) < 1e-6)
@@ -136,6 +142,16 @@ def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same(tmp_path: P
         ).values[0]  # fmt: skip
         assert value.double_value == 0.6  # the parameter has followed the topic
         assert 'tank is filled to 0.' in node.output  # the news may have waited for the next
+    bag = write_bag(
+        tmp_path / 'drive', [sample(j)[0] for j in range(k)],
+        lambda t: sample(round(t * NANOSECONDS) // STEP)[1], fills=sent,
+    )  # fmt: skip
+    offline = SloshEngine(SloshConfig.from_file(file))
+    recording = Recording(offline)
+    with MotionBag(bag, IMU, fills={'tank': (None, 'slosh_node/fill')}) as source:
+        replay(source, offline, [recording])
+    assert recording.total.tolist() == live
+    assert recording.liquids == 6
 
 
 def test_bad_fills_are_refused_in_words_and_change_nothing(tmp_path: Path):

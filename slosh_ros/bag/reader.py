@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine.cdr import ImuReadings, imu_reading, imu_readings
-from slosh_ros.engine.convert import IMU
+from slosh_ros.engine.convert import FILL, IMU
 from slosh_ros.errors import InputError
 
 
@@ -34,12 +34,15 @@ class Block:
         All of them at once, where that is possible.
     decoded : list
         The messages, where it is not.
+    fills : list of (str, float)
+        Tanks and their fills that came before.
     """
 
     received: list[int] = field(default_factory=list)
     raws: list[bytes] = field(default_factory=list)
     readings: ImuReadings | None = None
     decoded: list[Any] = field(default_factory=list)
+    fills: list[tuple[str, float]] = field(default_factory=list)
 
     @property
     def messages(self) -> list[Any]:
@@ -63,11 +66,18 @@ class MotionBag:
         Preferred topic.
     start, duration : float or None
         Part of the bag, counted from its beginning [s].
+    fills : mapping of str to (str or None, str)
+        Topic of each tank's fill; with None, the only one that ends as the second says, if any.
 
     Raises
     ------
     InputError
         If the bag cannot be read or has no such topic.
+
+    Attributes
+    ----------
+    fill_topics : dict of str to str
+        Topics of the fills that were found, by the tanks.
     """
 
     def __init__(
@@ -78,6 +88,7 @@ class MotionBag:
         default: str = '',
         start: float = 0.0,
         duration: float | None = None,
+        fills: Mapping[str, tuple[str | None, str]] | None = None,
     ) -> None:
         self._path = path
         if not (math.isfinite(start) and math.isfinite(duration or 0.0)):
@@ -91,9 +102,15 @@ class MotionBag:
             raise InputError(f'{path}: cannot be read as a bag: {_short(error)}') from error
         try:
             self._connections = self._select(kind, topic, default)
+            found = {name: self._fill_topic(*wanted) for name, wanted in (fills or {}).items()}
         except InputError:
             self._reader.close()
             raise
+        self.fill_topics = {name: topic for name, topic in found.items() if topic is not None}
+        self._tanks: dict[str, list[str]] = {}  # by the topics of their fills
+        for name, topic in self.fill_topics.items():
+            self._tanks.setdefault(topic, []).append(name)
+        self._fills = [c for c in self._of(FILL) if c.topic in self._tanks]
         length = (self._reader.end_time - self._reader.start_time) / NANOSECONDS
         if start > length:
             self._reader.close()
@@ -143,30 +160,41 @@ class MotionBag:
             If the bag is damaged, also where that only shows in a missing message.
         """
         for block in self.blocks(1, readings=False):
-            yield block.decoded[0], block.received[0]
+            yield from zip(block.decoded, block.received, strict=True)
 
     def blocks(self, size: int, readings: bool = True) -> Iterator[Block]:
         """
         Yield all messages, so many at once; of an Imu no more than its readings, if wanted.
+
+        A block ends where a fill comes. With a `start`, the first one has the fills from before.
 
         Raises
         ------
         InputError
             As of `messages`.
         """
-        read = 0
+        read = heard = 0
         block = Block()
         try:
-            for _, received, raw in self._reader.messages(
-                self._connections, start=self._start, stop=self._stop
+            block.fills += self._earlier_fills()
+            for connection, received, raw in self._reader.messages(
+                [*self._connections, *self._fills], start=self._start, stop=self._stop
             ):
+                if connection.topic in self._tanks:
+                    if block.raws:
+                        yield self._decoded(block, readings)
+                        read += len(block.raws)
+                        block = Block()
+                    block.fills += self._fills_of(connection, raw)
+                    heard += 1
+                    continue
                 block.received.append(received)
                 block.raws.append(raw)
                 if len(block.raws) == size:
                     yield self._decoded(block, readings)
                     read += size
                     block = Block()
-            if block.raws:
+            if block.raws or block.fills:
                 yield self._decoded(block, readings)
                 read += len(block.raws)
         except Exception as error:  # as above
@@ -179,10 +207,28 @@ class MotionBag:
                 f'{self._path}: is damaged: {read} messages of {self.topic} could be read, '
                 f'its index counts {self.count}'
             )
+        fills = sum(connection.msgcount for connection in self._fills)
+        if self._whole and heard != fills:
+            raise InputError(
+                f'{self._path}: is damaged: {heard} messages of '
+                f'{", ".join(self.fill_topics.values())} could be read, its index counts {fills}'
+            )
+
+    def _earlier_fills(self) -> list[tuple[str, float]]:
+        """Last fills before the part that is read."""
+        last: dict[str, float] = {}
+        if self._tanks and not self._whole:
+            for connection, _, raw in self._reader.messages(self._fills, stop=self._start):
+                last |= self._fills_of(connection, raw)
+        return list(last.items())
+
+    def _fills_of(self, connection: Connection, raw: bytes) -> list[tuple[str, float]]:
+        message: Any = self._reader.deserialize(raw, connection.msgtype)
+        return [(name, message.data) for name in self._tanks[connection.topic]]
 
     def _decoded(self, block: Block, readings: bool) -> Block:
         """Decode a block; of one that cannot be, what was good before remains."""
-        if readings and self._is_imu:
+        if readings and self._is_imu and block.raws:
             block.readings = imu_readings(block.raws)
         if block.readings is None:
             kind = self._connections[0].msgtype
@@ -195,10 +241,8 @@ class MotionBag:
         return block
 
     def _select(self, kind: str, topic: str | None, default: str) -> list[Connection]:
-        package, name = kind.split('/')
-        of_kind = [c for c in self._reader.connections if c.msgtype == f'{package}/msg/{name}']
+        of_kind = self._of(kind)
         topics = sorted({c.topic for c in of_kind})
-        offer = f'; {kind} is on {", ".join(topics)}' if topics else f'; it has no {kind} at all'
         if topic is None:
             wanted = topics if len(topics) == 1 else [t for t in topics if t == default]
             if not wanted and topics:
@@ -206,12 +250,33 @@ class MotionBag:
                     f'{self._path}: has {kind} on {", ".join(topics)}; say which one to replay'
                 )
             topic = wanted[0] if wanted else default
+        return self._named(kind, topic)
+
+    def _fill_topic(self, topic: str | None, ending: str) -> str | None:
+        """Find the topic of a tank's fill, if there is one."""
+        if topic is not None:
+            return self._named(FILL, topic)[0].topic
+        topics = sorted({c.topic for c in self._of(FILL) if f'/{c.topic}'.endswith(f'/{ending}')})
+        if len(topics) > 1:
+            raise InputError(
+                f'{self._path}: has fills on {", ".join(topics)}; say which one is of the tank'
+            )
+        return topics[0] if topics else None
+
+    def _named(self, kind: str, topic: str) -> list[Connection]:
+        of_kind = self._of(kind)
+        topics = sorted({c.topic for c in of_kind})
+        offer = f'; {kind} is on {", ".join(topics)}' if topics else f'; it has no {kind} at all'
         chosen = [c for c in of_kind if c.topic in (topic, f'/{topic}')]
         if chosen:
             return chosen
         others = sorted({c.msgtype for c in self._reader.connections if c.topic == topic})
         problem = f'has {", ".join(others)} on {topic}' if others else f'has no topic {topic}'
         raise InputError(f'{self._path}: {problem}{offer}')
+
+    def _of(self, kind: str) -> list[Connection]:
+        package, name = kind.split('/')
+        return [c for c in self._reader.connections if c.msgtype == f'{package}/msg/{name}']
 
 
 def _short(error: BaseException) -> str:

@@ -86,9 +86,16 @@ class Recording:
     ----------
     engine : SloshEngine
         Whose loads they are.
+
+    Attributes
+    ----------
+    liquids : int
+        One more than how often the fill of a tank has changed.
     """
 
     def __init__(self, engine: SloshEngine) -> None:
+        self._engine, self._tanks = engine, engine.tanks
+        self.liquids = 1
         self._to_base = engine.config.sensor.rotation
         self.source = engine.config.source
         self.frame = engine.config.output_frame
@@ -96,7 +103,10 @@ class Recording:
         self._rollover: list[Rollover] = []
 
     def write(self, loads: Iterable[Loads], rollover: Sequence[Rollover | None] = ()) -> None:
-        """Append the numbers of some samples."""
+        """Append the numbers of some samples that the engine has just taken."""
+        if self._engine.tanks is not self._tanks:
+            self._tanks = self._engine.tanks
+            self.liquids += bool(self._loads)
         self._loads += loads
         self._rollover += filter(None, rollover)
 
@@ -173,7 +183,7 @@ def replay(
     bag : MotionBag
         The drive.
     engine : SloshEngine
-        The engine; its gate counts what was rejected and why.
+        The engine; its gate counts what was rejected and why, its warnings what fills were.
     writers : iterable of LoadsWriter
         Where the loads go. They are completed here, or abandoned if the bag is damaged.
     progress : callable
@@ -194,13 +204,20 @@ def replay(
     writers = list(writers)
     written = 0
     try:
+        liquid = engine.tanks
         for block in bag.blocks(_BLOCK):
+            for tank, ratio in block.fills:
+                _fill(engine, tank, ratio)
             for loads in _fed(engine, block):
                 written += len(loads)
+                if monitor and engine.tanks is not liquid:
+                    liquid = engine.tanks
+                    monitor.refill(engine)
                 judged = [monitor.take(one.sample, one.wrench) for one in loads if monitor]
                 for writer in writers:
                     writer.write(loads, judged)
-            progress(block.received[-1])
+            if block.received:
+                progress(block.received[-1])
         if not written:
             reasons = ', '.join(f'{n} {v.value}' for v, n in engine.gate.counts.items())
             raise InputError(
@@ -217,6 +234,16 @@ def replay(
             writer.abandon()
         raise
     return written
+
+
+def _fill(engine: SloshEngine, tank: str, ratio: float) -> None:
+    """Fill a tank; a fill that is refused is counted, with why the first of them was."""
+    try:
+        engine.set_fill(tank, ratio)
+    except InputError as error:
+        said = f'{tank} not filled as told; first because '
+        known = (warning for warning in engine.warnings if warning.startswith(said))
+        engine.warnings[next(known, f'{said}{error}')] += 1
 
 
 def _fed(engine: SloshEngine, block: Block) -> Iterator[LoadsBlock]:

@@ -21,6 +21,7 @@ from slosh_ros.engine.sample import MotionSample
 Array = NDArray[np.float64]
 
 IMU, TWIST, TWIST_STAMPED = 'sensor_msgs/Imu', 'geometry_msgs/Twist', 'geometry_msgs/TwistStamped'
+FILL = 'std_msgs/Float64'
 
 ABSENT = -1.0  # covariance[0] of a quantity that the sensor does not measure (sensor_msgs/Imu)
 
@@ -77,6 +78,12 @@ def input_type(engine: SloshEngine) -> str:
     if config.source == 'imu':
         return IMU
     return TWIST_STAMPED if config.twist_stamped else TWIST
+
+
+def fill_topics(engine: SloshEngine) -> dict[str, str]:
+    """Topic of each tank's fill, a std_msgs/Float64, under the name of the node."""
+    names = [tank.config.name for tank in engine.tanks]
+    return {name: f'{name}/fill' if len(names) > 1 else 'fill' for name in names}
 
 
 def stamp_of(header: Any) -> int:

@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64
 
 from slosh_ros.engine import SloshEngine
+from slosh_ros.engine.convert import fill_topics
 from slosh_ros.errors import InputError
 from slosh_ros.ros.news import INFO, News
 
@@ -61,9 +62,9 @@ class FillInput:
         self.changed = self._following = False
         self._preparation: Thread | None = None
         self._impossible = ''
-        for name in self._names:
-            topic = f'~/{name}/fill' if len(self._names) > 1 else '~/fill'
-            node.create_subscription(Float64, topic, partial(self._on_fill, name), _SENSOR)
+        for name, topic in fill_topics(engine).items():
+            take = partial(self._on_fill, name)
+            node.create_subscription(Float64, f'~/{topic}', take, _SENSOR)
         node.add_on_set_parameters_callback(self._on_parameters)
 
     def bring(self) -> None:

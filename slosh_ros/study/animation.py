@@ -138,7 +138,17 @@ def animate_replay(
         GIF or MP4 file.
     progress : callable
         Told the time that has been drawn [s].
+
+    Raises
+    ------
+    InputError
+        If the fill of a tank changes.
     """
+    if recording.liquids > 1:
+        raise InputError(
+            f'{path}: cannot show a fill that changes; choose a part of the bag in which it does '
+            'not, with --start and --duration'
+        )
     time = recording.time
     frames, pace = choose_frames(time, recording.beta)
     tanks = []
