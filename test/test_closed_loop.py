@@ -20,6 +20,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
+from slosh_ros.engine import SloshConfig, SloshEngine
 from slosh_ros.study.demo import closed_loop_reference
 from slosh_ros.vehicle import History, LoadTransfer
 from slosh_ros.vehicle.stability import WHEELS
@@ -383,6 +384,42 @@ def test_slosh_node_killed_and_restarted(tmp_path, name, duration):
     assert all(np.isfinite(history[name]).all() for name in history.dtype.names)
     assert np.abs(history['theta_s']).max() < 0.5
     assert np.abs(history['phi_s']).max() < 0.15  # 0.10 with the liquid all the time
+
+
+def test_a_fill_that_changes_in_mid_drive_ends_it_in_one_clear_message(tmp_path):
+    """A truck of one load cannot feel it."""
+    text = (SCENARIOS / 'brake.yaml').read_text()
+    cylinder, box = (
+        'cylinder_x\n      radius: 1.125',
+        'rectangular\n      width: 2.0\n      height: 2.0',
+    )
+    assert cylinder in text
+    scenario = tmp_path / 'box.yaml'  # of which every fill is known at once
+    scenario.write_text(text.replace(cylinder, box))
+    liquid = SloshEngine(SloshConfig.from_file(scenario)).carried
+    inertia = np.diag(liquid.inertia_at_centroid).tolist()
+    common = ('--params-file', str(scenario))
+    with (
+        NodeProcess('slosh_node', tmp_path / 's', *common) as slosh,
+        NodeProcess(
+            'vehicle_node', tmp_path / 'v', *common, '-p', 'duration:=600.0',
+            '-p', 'vehicle:=general', '-p', f'liquid.mass:={liquid.mass}',
+            '-p', f'liquid.xyz:={liquid.centroid.tolist()}', '-p', f'liquid.inertia:={inertia}',
+        ) as vehicle,
+        Driver() as driver,
+    ):  # fmt: skip
+        fills = driver.node.create_publisher(Float64, 'slosh_node/fill', 10)
+        driver.spin_until(lambda: fills.get_subscription_count() > 0)
+        vehicle.wait_for('driving')
+        for ratio in (0.5, 0.6, 0.6, 0.6):  # as sensors do; the first is as it is
+            fills.publish(Float64(data=ratio))
+            driver.spin_for(0.5)
+        assert vehicle.exit_code() == 1
+        error = vehicle.output.splitlines()[-1]
+        assert error.startswith('error: slosh_node tells another ~/')
+        assert 'in mid-drive: its fill has changed' in error
+        assert 'Traceback' not in vehicle.output
+        assert slosh.stop() == 0
 
 
 @pytest.mark.parametrize(('name', 'moves'), [('brake', 'theta_s'), ('step_steer', 'phi_s')])

@@ -62,6 +62,7 @@ CLOCK_START = 1_000_000_000  # [ns] a zero stamp would mean "not set"
 _RELIABLE = QoSProfile(depth=10)
 _POLL = 0.02  # [s] of wall time
 _REPORT_PERIOD = 1.0  # [s]
+_SAME = 0.01  # [-] by which the liquid may change in mid-drive, as it may differ from the cargo
 _MIN_PATIENCE = 0.005  # [s] for a slosh_node that has not answered for long
 _IMU = tuple(f'imu_{kind}{axis}' for kind in 'aw' for axis in 'xyz')  # columns of the log
 
@@ -77,6 +78,7 @@ class VehicleNode(Node):
         self._scenario = Scenario.from_parameters(values.by_name)
         self._truck = self._scenario.simulator()
         self._told: dict[str, Any] = {}  # what slosh_node has latched, by topic
+        self._at_first: dict[str, Any] = {}  # as the drive began
         self._coupling: Array | None = None  # which goes into the equations of motion
         self._modal_coupling: Array = np.zeros((6, 6))  # of the sloshing wrench alone
         self._surface_centre: Array = np.zeros(3)
@@ -149,6 +151,11 @@ class VehicleNode(Node):
             raise InputError(
                 f'slosh_node labels its ~/{topic} "{frame}"; set its frames.output to {FRAME}'
             )
+        if self._driving and not _alike(message, self._at_first[topic]):
+            raise InputError(
+                f'slosh_node tells another ~/{topic} in mid-drive: its fill has changed, but the '
+                'truck carries one load all the way; change the fill between two drives'
+            )
         self._told[topic] = message
         if self._told.keys() == self._latched.keys():
             self._take_liquid()
@@ -189,6 +196,7 @@ class VehicleNode(Node):
             f'{self._coupling[1, 1]:.0f} kg sideways; driving'
         )
         self._driving = True
+        self._at_first = dict(self._told)
         self._publish()
 
     def _on_wrench(self, message: WrenchStamped) -> None:
@@ -310,6 +318,17 @@ class VehicleNode(Node):
             np.concatenate([slosh[:3], moment]),
             truck.wheel_loads(),
         )
+
+
+def _alike(message: Any, first: Any) -> bool:
+    """Whether two messages on a latched topic tell of one mass."""
+    if isinstance(message, PointStamped):
+        return True  # a place, which follows the mass
+    a, b = (
+        np.array([m.inertia.m] if isinstance(m, InertiaStamped) else m.data)
+        for m in (message, first)
+    )
+    return bool(np.abs(a - b).max() <= _SAME * np.abs(b).max())
 
 
 def _frozen(told: Inertia) -> RigidCargo:
