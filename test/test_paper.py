@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import REPOSITORY
+from scipy.sparse.linalg import spsolve
 from test_bad_input import refused
 from test_replay import slosh
 from wetted import wetted
@@ -52,6 +53,7 @@ def test_verdicts_are_those_decided_on(item: Item) -> None:
 def test_figures_without_boundary_elements(monkeypatch: pytest.MonkeyPatch) -> None:
     """They say what is left out and how to get it, and draw the rest."""
     monkeypatch.setitem(sys.modules, 'capytaine', None)
+    frequency.solver.cache_clear()
     for find in (frequency.figure_3, frequency.figure_5):
         found = find()
         assert any('left out' in text and 'pip install' in text for text in found.text)
@@ -99,6 +101,43 @@ def test_cases_of_section_5_are_those_of_the_library(manoeuvre: str, road: str) 
     ours, theirs = (s.simulate((), 0.05).columns for s in (one, other))
     for column in ('t', 'ax', 'theta_s', 'fx', 'my'):
         np.testing.assert_array_equal(ours[column], theirs[column])
+
+
+def test_damping_at_the_papers_infinite_frequency_is_small_for_a_small_epsilon_only() -> None:
+    """Eq (36) at 50 rad/s, boundary elements against plane finite elements."""
+    fem, helpers = pytest.importorskip('skfem'), pytest.importorskip('skfem.helpers')
+    pytest.importorskip('capytaine')
+    c, tank, depth = cases.table_1(), cases.TABLE_1_TANK, cases.TABLE_1_DEPTH
+    place = np.linspace(-1.0, 1.0, 61)  # finer towards the ends
+    x = 4.0 * np.sign(place) * (1.0 - (1.0 - np.abs(place)) ** 2)
+    z = -depth * np.linspace(1.0, 0.0, 17) ** 1.5
+    mesh, element = fem.MeshQuad.init_tensor(x, z), fem.ElementQuad2()
+    inside, wall, surface = (
+        fem.Basis(mesh, element, intorder=4),
+        *(
+            fem.FacetBasis(mesh, element, intorder=4, facets=mesh.facets_satisfying(where, True))
+            for where in (lambda p: p[1] < -1e-9, lambda p: p[1] > -1e-9)
+        ),
+    )
+    product = fem.BilinearForm(lambda u, v, _: u * v)
+    stiff = fem.BilinearForm(lambda u, v, _: helpers.dot(helpers.grad(u), helpers.grad(v)))
+    push = fem.LinearForm(lambda v, w: w.n[0] * v).assemble(wall)
+    kappa = cases.INFINITE**2 / 9.81
+    # both sides are walls as well, 2 m apart: damped over the area
+    sides = fem.BilinearForm(lambda u, v, _: 2.0 / 2.0 * u * v).assemble(inside)
+    epsilons = (0.0, 5e-4, 0.02)
+    plane = []
+    for epsilon in epsilons:
+        matrix = stiff.assemble(inside) - kappa * product.assemble(surface)
+        lossy = matrix - 1j * epsilon * kappa * (product.assemble(wall) + sides)
+        plane.append((push @ spsolve(lossy.tocsc(), push.astype(complex))).real)
+    ours = (1.0 + frequency.at_infinity(tank, depth, c, epsilons)[1][:, 0]) * cases.at_infinity(c)[
+        0
+    ]
+    theirs = c.density * 2.0 * np.array(plane) - c.mass
+    np.testing.assert_allclose(ours, theirs, rtol=5e-3)
+    assert abs(theirs[1] / theirs[0] - 1.0) < 5e-3
+    assert theirs[2] / theirs[0] > 1.08
 
 
 @pytest.mark.parametrize('fill', [0.5, 1.0, 1.5])
@@ -198,6 +237,9 @@ def test_the_page_is_whole_and_holds_its_pictures(report: Path) -> None:
 
 def test_markdown_tells_the_same(report: Path) -> None:
     text = (report / 'report.md').read_text(encoding='utf-8')
+    places = set(re.findall(r'<a id="([^"]+)">', text))
+    assert 'table3.l_w13' in places
+    assert set(re.findall(r'\]\(#([^)]+)\)', text)) <= places
     for link in re.findall(r'\]\(([^)#]+)\)', text):
         assert link.startswith('https://') or (report / link).is_file()
     rows = json.loads((report / 'paper.json').read_text(encoding='utf-8'))['items'][0]['rows']

@@ -57,11 +57,19 @@ def turned(modes: int = 400) -> ModalCoefficients:
 @cache
 def table_1_sweep() -> AddedMass:
     """Sweep the tank of section 4.2 as the paper does: damped, on its grid."""
-    omega = np.append(PAPER_GRID, INFINITE)
     c = table_1()
     ratio = rectangular_wall_ratio(TABLE_1_TANK, TABLE_1_DEPTH, c.names)
-    matrix = total_added_mass(c, omega, EPSILON, ratio)
-    return AddedMass(omega, matrix, c.density, np.zeros(3), source='modes of the closed form')
+    matrix = total_added_mass(c, PAPER_GRID, EPSILON, ratio)
+    return AddedMass(PAPER_GRID, matrix, c.density, np.zeros(3), source='modes of the closed form')
+
+
+def with_infinity(sweep: AddedMass, c: ModalCoefficients) -> AddedMass:
+    """Add the paper's infinite frequency, undamped: modes tell the damping near resonance only."""
+    return replace(
+        sweep,
+        omega=np.append(sweep.omega, INFINITE),
+        matrix=np.concatenate([sweep.matrix, total_added_mass(c, INFINITE)]),
+    )
 
 
 def at_infinity(c: ModalCoefficients) -> tuple[float, float, float, float]:

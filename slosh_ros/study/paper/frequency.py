@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,14 +22,16 @@ from slosh_ros.hydro.frequency import (
 from slosh_ros.study.paper import cases
 from slosh_ros.study.paper.cases import Array
 from slosh_ros.study.paper.draw import Curve, Panel, picture
-from slosh_ros.study.paper.item import Drawing, Finding, Row, against, claim
+from slosh_ros.study.paper.item import Drawing, Finding, Row, Verdict, against, claim
 from slosh_ros.tank import UniformTank
 
 _NODES = 24  # of Gauss, in each direction
 _MODES = 60
 _FINE = np.linspace(0.02, 5.0, 1200)  # [rad/s]
 _FEW = _FINE[::6]
-_PANEL_SIZES = {0.8: 0.31, 1.2: 0.265, 1.8: 0.225}  # by depth [m]; the paper: 470, 680, 1076
+# by depth [m]; the paper: 470, 680, 1076, and not stated
+_PANEL_SIZES = {0.8: 0.31, 1.2: 0.265, 1.8: 0.225, 1.125: 0.35}
+_LITTLE = 5e-4  # an epsilon with which A_11 and A_15 come out about as printed
 _NEAR = 0.02  # by which natural frequencies of so many panels may differ from the exact ones
 _NO_CURVE = (
     "The paper's curve is in a picture, which the text does not hold: of the curve itself nothing "
@@ -69,16 +73,89 @@ def _peak_rows(
     return rows
 
 
+@cache
+def solver(tank: UniformTank, depth: float, density: float) -> BoundaryElements:
+    """Lay about as many boundary elements as the paper."""
+    return BoundaryElements(Panels.of_tank(tank, depth, _PANEL_SIZES[depth]), density)
+
+
 def _by_elements(tank: UniformTank, depth: float, density: float) -> _Elements | str:
     """Sweep by boundary elements; without them, what is missing."""
-    panels = Panels.of_tank(tank, depth, _PANEL_SIZES[depth])
     try:
-        elements = BoundaryElements(panels, density)
+        elements = solver(tank, depth, density)
     except InputError as reason:
         return f'The curve of the boundary elements is left out: {reason}.'
     return _Elements(
-        elements, panels.count, elements.added_mass(_FEW, cases.EPSILON),
+        elements, len(elements.areas), elements.added_mass(_FEW, cases.EPSILON),
         elements.added_mass(cases.PAPER_GRID, cases.EPSILON),
+    )  # fmt: skip
+
+
+def at_infinity(
+    tank: UniformTank, depth: float, c: ModalCoefficients, epsilons: Sequence[float]
+) -> tuple[int, Array]:
+    """
+    Give what panels and damping change in A_11, A_15, A_22 and A_24 of the modes at 50 rad/s.
+
+    Parameters
+    ----------
+    tank : UniformTank
+        A tank of the paper.
+    depth : float
+        Depth of the liquid [m].
+    c : ModalCoefficients
+        Its liquid.
+    epsilons : sequence of float
+        Dampings of eq (36).
+
+    Returns
+    -------
+    count : int
+        Number of panels.
+    array, shape (n, 4)
+        Relative differences from the exact ones, by damping [-].
+
+    Raises
+    ------
+    InputError
+        If `capytaine` is not installed.
+    """
+    elements = solver(tank, round(depth, 9), c.density)
+    lever = c.mass * float(c.liquid.centroid[2])
+    solid = np.array([c.mass, lever, c.mass, -lever])
+    found = [
+        elements.added_mass(cases.INFINITE, epsilon).matrix[0].real[[0, 0, 1, 1], [0, 4, 1, 3]]
+        for epsilon in epsilons
+    ]
+    return len(elements.areas), (np.array(found) - solid) / cases.at_infinity(c) - 1.0
+
+
+def by_panels(tank: UniformTank, depth: float, c: ModalCoefficients, part: int) -> str:
+    """Tell what our own panels make of one of A_11, A_15, A_22, A_24 at 50 rad/s."""
+    try:
+        count, off = at_infinity(tank, depth, c, (0.0, _LITTLE))
+    except InputError:
+        return 'the mesh and the damping of the paper, most likely (see fig3)'
+    return (
+        f'our own {count} panels leave {off[0, part]:+.1%}, with eq (36) and epsilon = '
+        f'{_LITTLE:g} {off[1, part]:+.1%}: mesh and damping of the paper, most likely (see fig3)'
+    )
+
+
+def _damping_row() -> Row:
+    """Put the damping of eq (36) to the paper's infinite frequency."""
+    bare, *damped = at_infinity(
+        cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, cases.table_1(), (0.0, _LITTLE, cases.EPSILON)
+    )[1]
+    little, much = ((1.0 + off[1]) / (1.0 + bare[1]) - 1.0 for off in damped)
+    return claim(
+        'damping_elements', 'A_15 of sloshing at 50 rad/s, changed by the damping of eq (36)',
+        f'{little:+.1%} with epsilon = {_LITTLE:g}, {much:+.0%} with {cases.EPSILON:g}',
+        '"negligible", epsilon not stated', abs(little) < 0.02 and abs(much) > 0.2,
+        verdict=Verdict.OPEN, why='eq (36) grows with omega²: at 50 rad/s and 0.02 epsilon k_0 is '
+        f'{cases.EPSILON * cases.INFINITE**2 / GRAVITY:.1f}/m, not small beside one over the '
+        'depth. In Tables 1 and 2 A_15 is too small and A_11 too large by about what panels and '
+        f'{_LITTLE:g} make of them', evidence='boundary elements with and without eq (36)',
     )  # fmt: skip
 
 
@@ -126,7 +203,7 @@ def figure_3() -> Finding:
     c, sweep = cases.table_1(), cases.table_1_sweep()
     ratio = rectangular_wall_ratio(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, c.names)
     fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
-    grid = sweep.matrix[:-1]
+    grid = sweep.matrix
     elements = _by_elements(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, cases.TABLE_1_DENSITY)
     columns: dict[str, Array] = {
         'omega [rad/s]': _FINE, 'A_11 [t]': fine[:, 0, 0], 'A_22 [t]': fine[:, 1, 1],
@@ -141,12 +218,13 @@ def figure_3() -> Finding:
         rows += _peak_rows(f'a{i + 1}{i + 1}', f'A_{i + 1}{i + 1}', printed, found, exact)
         curves = [
             Curve('250 modes', _FINE, fine[:, i, i]),
-            Curve("the paper's grid", cases.PAPER_GRID, grid[:, i, i].real / 1e3, True),
+            Curve("modes, paper's grid", cases.PAPER_GRID, grid[:, i, i].real / 1e3, True),
         ]
         if isinstance(elements, _Elements):
             tag = f'A_{i + 1}{i + 1}'
             rows += _element_rows(tag.lower().replace('_', ''), tag, printed, exact,
                                   elements, i)  # fmt: skip
+            rows += [_damping_row()] if i == 0 else []
             curve = elements.fine.matrix[:, i, i].real / 1e3
             curves.append(Curve(f'{elements.panels} elements', _FEW, curve))
             columns['omega of elements [rad/s]'] = _FEW

@@ -22,7 +22,7 @@ SENSOR = 0.06  # height of Figure 9's over the bottom [m]
 MODES = 30
 DAMPING = 0.01  # only to let the start die away
 LEAD = 10.0  # [deg] that a digitised curve may be off
-SPIN_UP, STEP = 14.0, 0.01  # [s]
+SPIN_UP, STEP = 14.0, 0.02  # [s]
 AXES = ('bottom', 'mid-height', 'free surface')
 
 FIGURE_9 = {'a': 0.25, 'b': 0.5}  # fills

@@ -143,6 +143,11 @@ def _notes(row: Row) -> str:
     return f'{row.why}. {evidence}'.strip() if row.why else evidence
 
 
+def _anchor(item: Item, row: Row) -> str:
+    """Name the place of a row: links of the summary lead there."""
+    return f'{item.name}.{row.key}'
+
+
 def _heads(found: Sequence[Found]) -> list[tuple[Item, Row]]:
     return [(one.item, row) for one in found for row in one.finding.rows if row.head]
 
@@ -155,7 +160,10 @@ def _markdown(found: Sequence[Found]) -> str:
              '|---|---|---|']  # fmt: skip
     lines += [f'| {_SIGNS[v]} {v.value} | {n} | {v.meaning} |' for v, n in counts(found).items()]
     lines += ['', '## Summary', '', _line(('item', *_HEADS)), '|---' * 6 + '|']
-    lines += [_line((f'[{item.name}](#{item.name})', *_cells(row))) for item, row in _heads(found)]
+    lines += [
+        _line((f'[{item.name}](#{_anchor(item, row)})', *_cells(row)))
+        for item, row in _heads(found)
+    ]
     for item, finding in found:
         lines += ['', f'<a id="{item.name}"></a>', '', f'## {item.title}', '']
         for paragraph in finding.text:
@@ -165,7 +173,10 @@ def _markdown(found: Sequence[Found]) -> str:
                       f'*{d.caption}* [Numbers]({_FIGURES}/{d.name}.csv)', '']  # fmt: skip
         if finding.rows:
             lines += [_line((*_HEADS, 'why, and evidence')), '|---' * 6 + '|']
-            lines += [_line((*_cells(row), _notes(row))) for row in finding.rows]
+            lines += [
+                _line((f'<a id="{_anchor(item, row)}"></a>{what}', *cells, _notes(row)))
+                for row, (what, *cells) in ((row, _cells(row)) for row in finding.rows)
+            ]
         for grid in finding.grids:
             rule = '|---' * len(grid.heads) + '|'
             lines += ['', f'*{grid.caption}*', '', _line(grid.heads), rule]
@@ -193,7 +204,9 @@ th, td { text-align: left; vertical-align: top; padding: .3rem .5rem; overflow-w
 th { border-bottom: 2px solid #666; overflow-wrap: normal; }
 td.note { color: #444; border-bottom: 2px solid #ddd; padding-top: 0; }
 tr.noted td { border-bottom: none; }
+.item { overflow-wrap: normal; }
 .verdict { white-space: nowrap; overflow-wrap: normal; font-weight: 600; }
+tr:target { background: #fff3c4; }
 .REPRODUCED { color: #00603f; } .MISPRINT { color: #a34700; } .OPEN { color: #444; }
 .DIFFERENT { color: #7a0a3c; } .BEYOND { color: #004d80; }
 a { color: #00508a; }
@@ -228,7 +241,7 @@ def _html(found: Sequence[Found], pictures: dict[str, bytes]) -> str:
     if heads := _heads(found):
         parts += ['<h2 id="summary">Summary</h2>', _table_head(('item', *_HEADS))]
         parts += [
-            _table_row(row, f'<a href="#{item.name}">{item.name}</a>', note=False)
+            _table_row(row, first=f'<a href="#{_anchor(item, row)}">{item.name}</a>')
             for item, row in heads
         ]
         parts.append('</tbody></table>')
@@ -243,8 +256,11 @@ def _html(found: Sequence[Found], pictures: dict[str, bytes]) -> str:
                 '</figcaption></figure>'
             )
         if finding.rows:
-            parts += [_table_head(_HEADS), *(_table_row(row) for row in finding.rows),
-                      '</tbody></table>']  # fmt: skip
+            parts += [
+                _table_head(_HEADS),
+                *(_table_row(row, anchor=_anchor(item, row)) for row in finding.rows),
+                '</tbody></table>',
+            ]
         for grid in finding.grids:
             parts.append(
                 f'<div class="grid"><table><caption>{escape(grid.caption)}</caption><thead><tr>'
@@ -265,12 +281,14 @@ def _table_head(heads: Sequence[str]) -> str:
     return f'<table class="rows"><thead><tr>{cells}</tr></thead><tbody>'
 
 
-def _table_row(row: Row, first: str | None = None, note: bool = True) -> str:
+def _table_row(row: Row, first: str = '', anchor: str = '') -> str:
+    """Write a row with its notes under an anchor, or, behind a first cell, without them."""
     *cells, verdict = _cells(row)
-    notes = _notes(row) if note else ''
-    html = '<tr class="noted">' if notes else '<tr>'
-    if first is not None:
-        html += f'<td data-head="">{first}</td>'
+    notes = _notes(row) if anchor else ''
+    html = f'<tr id="{anchor}"' if anchor else '<tr'
+    html += ' class="noted">' if notes else '>'
+    if first:
+        html += f'<td data-head="" class="item">{first}</td>'
     html += ''.join(
         f'<td data-head="{head if cell else ""}">{escape(cell)}</td>'
         for head, cell in zip(_HEADS, cells, strict=False)

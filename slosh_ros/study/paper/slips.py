@@ -27,9 +27,9 @@ def sloshing() -> Finding:
             'Slips in tables and numbers stand with their items: table1 (the "3D effect"), '
             'three_modes (names of the modes, "closer"), table2 (2.05 against 2.10, unit), table3 '
             '(12.3, 13.61), table4 (0.5 R, 0.675), fig14 and fig15 (times of axle 2).',
-            'Slips of reference only: "Equation (25) shows that ... changing the mass" means '
-            '(29); "off-diagonal terms A_ii" means A_ij; indices j, k, i and m are used for one '
-            'another.',
+            'Eq (2) means d(phi)/dy, as (4) has it, by d(phi)/dn. Slips of reference only: '
+            '"Equation (25) shows that ... changing the mass" means (29); "off-diagonal terms '
+            'A_ii" means A_ij; indices j, k, i and m are used for one another.',
         ),
     )
 
@@ -284,9 +284,9 @@ def vehicle() -> Finding:
             "+ M_l g l_l, + lambda_5 beta'' and - g lambda_1 beta, and all other terms of rows "
             '1 to 3.',
             'Slips of print only: lost subscripts in "c_bt l_bs z-dot" and '
-            '"c_bt l_bs l_bt theta-dot"; a dot on "k_bt l_bs l_bt theta_s"; repeated text in the '
-            'rows of theta_t, z_s and beta. Table 3, the fill of Table 4 and two times of axle 2: '
-            'items table3, table4, fig14, fig15.',
+            '"c_bt l_bs l_bt theta-dot"; dots on "k_bt l_bs l_bt theta_s", "k_w l_w1 z_w1" and '
+            '"k_w l_w2 z_w2"; repeated text in the rows of theta_t, z_s and beta. Table 3, the '
+            'fill of Table 4 and two times of axle 2: items table3, table4, fig14, fig15.',
         ),
     )
 

@@ -77,9 +77,10 @@ def expectations() -> Finding:
     level, wave = np.array([limits[ratio] for ratio in RATIOS]).T
     name = 'largest within linear theory'
     forced = 2.0 * np.pi / PERIOD
+    nearest = forced / measured.wave_tank().omega[0]
     theirs = Curve(
         'their experiment',
-        [forced / measured.wave_tank().omega[0]],
+        [nearest],
         [AMPLITUDE * forced**2 / GRAVITY],
         points=True,
     )
@@ -111,9 +112,13 @@ def expectations() -> Finding:
             'Far from resonance, and for starts and stops that take half a period or more, expect '
             f'forces within {worst:.0%} (rms) as long as "valid" is true. Beyond, the largest '
             f'value was within {off:.0%} all the same, in the cases here, but not the history: '
-            'crests come early, troughs are cut off, and what follows the first period is lost. '
-            'Near resonance, trust no amplitude that lasts: the real wave limits itself at '
-            'heights at which that of linear theory still grows.',
+            'crests come early in shallow tanks, troughs are cut off, and what follows the first '
+            'period is lost.',
+            f'Near resonance the limit is at {limits[1.0][0]:.4f} g, with a wave of '
+            f'{limits[1.0][1]:.1%} of the length; at half the frequency at {limits[0.5][0]:.3f} g '
+            f'and {limits[0.5][1]:.1%}. Trust no amplitude that lasts there: the real wave limits '
+            'itself at heights at which that of linear theory still grows (Moiseev; Faltinsen & '
+            f'Timokha). The nearest measurement here is at {nearest:.2f} of resonance.',
             'Damping matters little off resonance over a few periods. At resonance it is all that '
             'matters, and of a smooth tank it is small: give damping_ratio from a test, not from '
             'a guess, if your vehicle dwells there.',
