@@ -44,7 +44,8 @@ def modal_added_mass(
         Frequencies [rad/s], 0 and infinity among them if wanted. At 0 the entries 44, 55 (and 45)
         are infinite: they hold the weight of the inclined surface over omega^2.
     damping : float
-        The paper's artificial damping epsilon on the walls, eq (36) [-].
+        The paper's artificial damping epsilon on the walls, eq (36), to first order [-]: right
+        near the natural frequencies, far above them not.
     wall_ratio : array, shape (m,), optional
         Integral of phi^2 over the wetted walls over that of f^2 over the free surface, per mode
         [-]; needed with `damping`. :func:`rectangular_wall_ratio` has it for a rectangle.
@@ -82,7 +83,8 @@ def total_added_mass(
     omega : array_like, shape (n,)
         Frequencies [rad/s], 0 and infinity among them if wanted.
     damping : float
-        The paper's artificial damping epsilon on the walls, eq (36) [-].
+        The paper's artificial damping epsilon on the walls, eq (36), to first order [-]: right
+        near the natural frequencies, far above them not.
     wall_ratio : array, shape (m,), optional
         See :func:`modal_added_mass`.
     hydrostatic : bool
