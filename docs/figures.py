@@ -16,6 +16,8 @@ from matplotlib.patches import Arc, Circle, Polygon, Rectangle
 from slosh_ros.engine import SloshConfig
 from slosh_ros.hydro import coefficients_of
 from slosh_ros.study.paper.draw import Curve, Panel, picture
+from slosh_ros.study.paper.measured import cylinder
+from slosh_ros.study.paper.pitching import akyildiz
 from slosh_ros.study.paper.trust import expectations
 from slosh_ros.study.plots import plot_modes
 from slosh_ros.tank import cylinder_x
@@ -126,14 +128,17 @@ def fill() -> None:
     figure.savefig(IMAGES / 'fill.png', dpi=120)
 
 
-def validity() -> None:
-    """Draw how hard a tank may be shaken within linear theory, as `slosh paper` does."""
-    (drawing,) = expectations().drawings
-    drawing.figure.savefig(IMAGES / 'validity.png', dpi=120)
+def paper() -> None:
+    """Draw what `slosh paper` does: limits of linear theory, braking and pressure against data."""
+    for name, find in (
+        ('validity', expectations), ('paper_braking', cylinder), ('paper_pressure', akyildiz),
+    ):  # fmt: skip
+        (drawing,) = find().drawings
+        drawing.figure.savefig(IMAGES / f'{name}.png', dpi=120)
 
 
 if __name__ == '__main__':
     frames()
     modes()
     fill()
-    validity()
+    paper()

@@ -21,9 +21,16 @@ from slosh_ros.vehicle.scenario import Scenario
 DOCS = REPOSITORY / 'docs'
 BRAKE = REPOSITORY / 'config' / 'scenarios' / 'brake.yaml'
 PAGES = {path.relative_to(DOCS).as_posix(): path.read_text() for path in DOCS.rglob('*.md')}
-EVERY_PAGE = '\n'.join(PAGES.values())
+README = (REPOSITORY / 'README.md').read_text()
 BLOCK = re.compile(r'^```(\w+)\n(.*?)^```', re.DOTALL | re.MULTILINE)
 CODE = [(page, *block) for page, text in PAGES.items() for block in BLOCK.findall(text)]
+
+CONSOLE = [
+    code
+    for text in (README, *PAGES.values())
+    for language, code in BLOCK.findall(text)
+    if language == 'console'
+]
 
 
 def blocks(language: str) -> list[tuple[str, str]]:
@@ -62,7 +69,7 @@ def test_python_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize(
-    'command', sorted({line for _, code in blocks('console') for line in code.splitlines()})
+    'command', sorted({line for code in CONSOLE for line in code.splitlines()})
 )
 def test_what_commands_name_is_there(command: str) -> None:
     """`slosh` commands are run by test_readme.py; this is about the others, and their files."""

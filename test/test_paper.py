@@ -28,6 +28,7 @@ from slosh_ros.study.paper import (
     frequency,
     manoeuvres,
     truck,
+    trust,
     write_report,
 )
 from slosh_ros.study.paper.item import Finding, Item, against, claim
@@ -63,6 +64,28 @@ def test_figures_without_boundary_elements(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_every_item_is_decided_on() -> None:
     assert list(DECIDED) == [item.name for item in ITEMS]
+
+
+def test_the_readme_counts_the_verdicts() -> None:
+    verdicts = [verdict for rows in DECIDED.values() for verdict in rows.values()]
+    good, slips, bad = (
+        verdicts.count(v.value) for v in (Verdict.REPRODUCED, Verdict.MISPRINT, Verdict.DIFFERENT)
+    )
+    told = f'Of {len(verdicts)} rows {good} are reproduced, {slips} are misprints, and {bad} are'
+    assert told in (REPOSITORY / 'README.md').read_text(encoding='utf-8')
+
+
+def test_what_to_expect_is_what_the_manual_tells() -> None:
+    (grid,) = trust.expectations().grids
+    text = (REPOSITORY / 'docs' / 'theory' / 'validity.md').read_text(encoding='utf-8')
+    (table,) = re.findall(r'^## What to expect.*?\|---.*?\n(.*?)\n\n', text, re.DOTALL | re.M)
+    told = [[cell.strip() for cell in row.strip('|').split('|')][2:] for row in table.splitlines()]
+    for (use, rms, largest), row in zip(told, grid.rows, strict=True):
+        ours = [float(text.rstrip('%')) for text in row[2:]]
+        for number, text in zip(ours, (use, rms, largest), strict=True):
+            plain = text.removesuffix(' %').replace('\u2212', '-')
+            decimals = len(plain.partition('.')[2])
+            assert number == pytest.approx(float(plain), abs=0.5001 * 10.0**-decimals), row
 
 
 def test_braking_peaks_by_number_of_modes() -> None:

@@ -144,8 +144,8 @@ def cylinder() -> Finding:
         mine, other = (p[late] for p in walls[name])
         rows.append(
             _rms_row(f'pressure_{name}', f'dynamic pressure, {name.replace("_", " ")}', mine,
-                     other, use, within=PRESSURE, why='the same at single points, which show '
-                     'it more than their sum')
+                     other, use, within=PRESSURE, why='nonlinear, as the force: single points '
+                     'show it more than their sum')
         )  # fmt: skip
     return Finding(
         rows,
