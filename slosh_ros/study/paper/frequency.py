@@ -28,7 +28,7 @@ from slosh_ros.tank import UniformTank
 _NODES = 24  # of Gauss, in each direction
 _MODES = 60
 _FINE = np.linspace(0.02, 5.0, 1200)  # [rad/s]
-_FEW = _FINE[::6]
+_AROUND = np.linspace(-0.2, 0.2, 25)  # of a natural frequency, where elements sweep finely
 # by depth [m]; the paper: 470, 680, 1076, and not stated
 _PANEL_SIZES = {0.8: 0.31, 1.2: 0.265, 1.8: 0.225, 1.125: 0.35}
 _LITTLE = 5e-4  # an epsilon with which A_11 and A_15 come out about as printed
@@ -40,12 +40,15 @@ _NO_CURVE = (
 
 
 class _Elements(NamedTuple):
-    """Boundary elements and their sweeps, damped by eq (36)."""
+    """Boundary elements, their sweep damped by eq (36), and its part on the paper's grid."""
 
     solver: BoundaryElements
-    panels: int
     fine: AddedMass
-    grid: AddedMass
+    grid: ComplexArray
+
+    @property
+    def panels(self) -> int:
+        return len(self.solver.areas)
 
 
 def peaks(omega: Array, values: ComplexArray) -> Array:
@@ -79,16 +82,17 @@ def solver(tank: UniformTank, depth: float, density: float) -> BoundaryElements:
     return BoundaryElements(Panels.of_tank(tank, depth, _PANEL_SIZES[depth]), density)
 
 
-def _by_elements(tank: UniformTank, depth: float, density: float) -> _Elements | str:
-    """Sweep by boundary elements; without them, what is missing."""
+def _by_elements(
+    tank: UniformTank, depth: float, density: float, exact: Sequence[float]
+) -> _Elements | str:
+    """Sweep by boundary elements, finely where they resonate; without them, what is missing."""
     try:
         elements = solver(tank, depth, density)
     except InputError as reason:
         return f'The curve of the boundary elements is left out: {reason}.'
-    return _Elements(
-        elements, len(elements.areas), elements.added_mass(_FEW, cases.EPSILON),
-        elements.added_mass(cases.PAPER_GRID, cases.EPSILON),
-    )  # fmt: skip
+    near = [place + _AROUND for place in exact]
+    fine = elements.added_mass(np.unique([*cases.PAPER_GRID, *np.ravel(near)]), cases.EPSILON)
+    return _Elements(elements, fine, fine.matrix[np.isin(fine.omega, cases.PAPER_GRID)])
 
 
 def at_infinity(
@@ -168,7 +172,7 @@ def _element_rows(
     elements: _Elements, i: int,
 ) -> list[Row]:  # fmt: skip
     """Compare peaks of boundary elements with the printed ones, and their poles with the exact."""
-    found = peaks(cases.PAPER_GRID, elements.grid.matrix[:, i, i])[: len(printed)]
+    found = peaks(cases.PAPER_GRID, elements.grid[:, i, i])[: len(printed)]
     poles = [_pole(elements.solver, place, i) for place in found]
     off = [pole / own - 1.0 for pole, own in zip(poles, exact, strict=True)]
     return [
@@ -204,7 +208,10 @@ def figure_3() -> Finding:
     ratio = rectangular_wall_ratio(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, c.names)
     fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
     grid = sweep.matrix
-    elements = _by_elements(cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, cases.TABLE_1_DENSITY)
+    exact_of = {n: float(c.omega[cases.mode(c, n)]) for n in ('x1', 'x3', 'x5', 'y1')}
+    elements = _by_elements(
+        cases.TABLE_1_TANK, cases.TABLE_1_DEPTH, cases.TABLE_1_DENSITY, list(exact_of.values())
+    )
     columns: dict[str, Array] = {
         'omega [rad/s]': _FINE, 'A_11 [t]': fine[:, 0, 0], 'A_22 [t]': fine[:, 1, 1],
     }  # fmt: skip
@@ -213,7 +220,7 @@ def figure_3() -> Finding:
     for i, printed, names in (
         (0, ('1.05', '2.95', '4.25'), ('x1', 'x3', 'x5')), (1, ('3.65',), ('y1',)),
     ):  # fmt: skip
-        exact = tuple(float(c.omega[cases.mode(c, n)]) for n in names)
+        exact = tuple(exact_of[n] for n in names)
         found = peaks(cases.PAPER_GRID, grid[:, i, i])
         rows += _peak_rows(f'a{i + 1}{i + 1}', f'A_{i + 1}{i + 1}', printed, found, exact)
         curves = [
@@ -226,8 +233,8 @@ def figure_3() -> Finding:
                                   elements, i)  # fmt: skip
             rows += [_damping_row()] if i == 0 else []
             curve = elements.fine.matrix[:, i, i].real / 1e3
-            curves.append(Curve(f'{elements.panels} elements', _FEW, curve))
-            columns['omega of elements [rad/s]'] = _FEW
+            curves.append(Curve(f'{elements.panels} elements', elements.fine.omega, curve))
+            columns['omega of elements [rad/s]'] = elements.fine.omega
             columns[f'{tag} by elements [t]'] = curve
         panels.append(
             Panel(
@@ -306,12 +313,12 @@ def figure_5() -> Finding:
         rows += _peak_rows(tag, f'h = {fill:.1f} R', printed, found, exact)
         fine = total_added_mass(c, _FINE, cases.EPSILON, ratio).real / 1e3
         curves[f'h = {fill} R, modes'] = _FINE, fine
-        elements = _by_elements(cases.BRAKED_TANK, round(fill * 1.2, 9), c.density)
+        elements = _by_elements(cases.BRAKED_TANK, round(fill * 1.2, 9), c.density, exact)
         if isinstance(elements, _Elements):
             rows += _element_rows(tag, f'h = {fill:.1f} R', printed, exact, elements, 0)
             curve = elements.fine.matrix.real / 1e3
-            curves[f'h = {fill} R, {elements.panels} elements'] = _FEW, curve
-            columns['omega of elements [rad/s]'] = _FEW
+            curves[f'h = {fill} R, {elements.panels} elements'] = elements.fine.omega, curve
+            columns[f'omega of elements at {fill} R [rad/s]'] = elements.fine.omega
             for k, unit in ((0, 't'), (4, 't m')):
                 columns[f'A_1{k + 1} at {fill} R by elements [{unit}]'] = curve[:, 0, k]
         columns[f'A_11 at {fill} R [t]'] = fine[:, 0, 0]

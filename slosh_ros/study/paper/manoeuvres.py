@@ -124,8 +124,8 @@ def figure_6() -> Finding:
         ),
         drawings=(
             Drawing(
-                'fig6', 'Figure 6: braking force of the liquid, both fills, by number of modes, and '
-                'what few modes leave out.',
+                'fig6', 'Figure 6: braking force of the liquid, both fills, by number of modes; '
+                'and what few modes leave out.',
                 picture('Braking at 0.1 g, ramp 2 s', 'time / fundamental period [-]', panels,
                         share_x=False),
                 columns,
