@@ -32,7 +32,6 @@ from slosh_ros.hydro.fill_table import FILL_RANGE
 from slosh_ros.monitor import RolloverMonitor
 from slosh_ros.parameters import names_node
 from slosh_ros.study import fits
-from slosh_ros.study.compare import compare
 from slosh_ros.study.tables import summary, write_history
 from slosh_ros.study.tanks import liquids_of
 from slosh_ros.vehicle import (
@@ -536,6 +535,8 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
 def _compare(tank: TankConfig, as_json: bool) -> None:
     """Print what all routes give, and how far they are from the tank's own."""
     try:
+        from slosh_ros.study.compare import compare  # with all routes
+
         routes = compare(tank.tank, tank.depth, tank.density)
     except InputError as error:
         raise InputError(f'{tank.name}: {error}') from error

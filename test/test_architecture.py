@@ -98,6 +98,48 @@ for module in sys.argv[1:]:
     assert done.stdout == ''
 
 
+HEAVY = {'scipy.interpolate', 'scipy.optimize', 'matplotlib', 'trimesh', 'capytaine', 'xarray'}
+SHELLS = {
+    'slosh_ros.cli': HEAVY | {'scipy.linalg', 'scipy.spatial', 'scipy.special', 'rclpy'},
+    'slosh_ros.ros.slosh_node': HEAVY | {'rosbags', 'rich', 'typer'},
+    'slosh_ros.ros.rollover_node': HEAVY | {'rosbags', 'rich', 'typer', 'scipy.spatial'},
+}
+
+
+@pytest.mark.parametrize('name', SHELLS)
+def test_a_start_imports_only_what_it_needs(name: str) -> None:
+    """
+    Half the time of a start would be imports that most never use.
+
+    A tank of upright walls is solved without them, too; and nothing heavy is imported later,
+    while samples wait: not with the first of them, nor with the first fill.
+    """
+    if '.ros.' in name:
+        pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
+    script = f"""
+import sys
+import {name}
+from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
+box = {{'tank.shape': 'rectangular', 'tank.length': 4.0, 'tank.width': 2.0, 'tank.height': 1.5}}
+engine = SloshEngine(SloshConfig.from_parameters(box | {{'tank.fill_ratio': 0.0}}))
+engine.prepare_fills()
+known = set(sys.modules)
+for k, fill in enumerate((0.0, 0.4, 0.7)):
+    engine.set_fill('tank', fill)
+    _, loads = engine.feed(MotionSample.from_imu(10**9 + k * 10**7, [1.0, 1.0, 9.81], [0.1] * 3))
+    loads.trust, loads.elevation_max
+print(*known)
+print(*(set(sys.modules) - known))
+"""
+    done = subprocess.run(
+        [sys.executable, '-c', script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    at_start, later = (set(line.split()) for line in done.stdout.split('\n')[:2])
+    assert name in at_start
+    assert not at_start & SHELLS[name]
+    assert not {module for module in later if module.startswith(('scipy', 'slosh_ros'))}
+
+
 CORE = [name for name in FURNISHED if FLOORS.get(room(name), 0) <= FLOORS['monitor']]
 
 

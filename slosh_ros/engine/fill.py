@@ -140,16 +140,18 @@ class LiveFill:
                 f'seconds; start again with another {name}.fill_ratio'
             )
             raise InputError(f'the fill of {name} cannot change while it runs: {why}')
+        if _upright(config.tank):
+            self.at(HALF)  # imports what an empty tank did not need
         if self.ready:
             return
         self._names, table = self._solve(apart if elsewhere else _here)
         n = len(self._start.names)
+        self._sign = np.ones(len(self._names))
+        # to have read once imports what later readings need
+        same = table.at(self._start.liquid.fill_ratio if n else HALF, config.density)
         if n:
-            same = table.at(self._start.liquid.fill_ratio, config.density)
             alike = np.sum(same.surface_shapes[:, :n] * self._start.surface_shapes, axis=0)
-            self._sign = np.append(np.sign(alike), np.ones(len(self._names) - n))
-        else:
-            self._sign = np.ones(len(self._names))
+            self._sign[:n] = np.sign(alike)
         self._table = table
 
     def at(self, fill_ratio: float) -> tuple[ModalCoefficients, float]:

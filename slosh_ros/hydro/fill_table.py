@@ -26,7 +26,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+import scipy
 
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import (
@@ -534,7 +534,7 @@ def _curve(t: Array, values: Array) -> Callable[[float], Array]:
     t, values = t[known], values[known]
     if len(t) == 1:
         return lambda _: values[0]
-    spline = make_interp_spline(t, values, k=min(3, len(t) - 1))
+    spline = scipy.interpolate.make_interp_spline(t, values, k=min(3, len(t) - 1))
     return lambda angle: np.asarray(spline(min(max(angle, t[0]), t[-1])))
 
 

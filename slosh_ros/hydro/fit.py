@@ -33,8 +33,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares, lsq_linear
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
@@ -305,7 +305,7 @@ class _Fit:
         columns = np.concatenate([shapes, constant], axis=2) * weight[:, :, np.newaxis]
         scale = np.linalg.norm(columns, axis=(0, 1)) + np.finfo(float).tiny
         lower = np.repeat([0.0, -np.inf], [len(modes), entries])
-        solution = lsq_linear(
+        solution = scipy.optimize.lsq_linear(
             (columns / scale).reshape(entries * n, -1),
             (self.values.real * weight).ravel(),
             (lower, np.inf),
@@ -356,7 +356,7 @@ class _Fit:
             flat: Array = weighted.reshape(self.values.size, -1)[:, free]
             return flat
 
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             residual,
             np.clip(first[free], lower[free] + 1e-12, upper[free] - 1e-12),
             jacobian,

@@ -1,4 +1,8 @@
-"""Which route leads from a tank to its coefficients."""
+"""
+Which route leads from a tank to its coefficients.
+
+What a route stands on takes half of a node's start-up to import, so it is imported when taken.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from slosh_ros.hydro.added_mass_tank import AddedMassTank
-from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients, full_sphere
 from slosh_ros.hydro.coefficients import ModalCoefficients, still_coefficients
-from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 from slosh_ros.hydro.rectangular import rectangular_coefficients
-from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.hydro.volume import full_volume_coefficients, volume_coefficients
 from slosh_ros.tank import (
     Capsule,
     Circle,
@@ -53,16 +53,24 @@ def coefficients_of(
         tank.filled(depth)
         return tank.coefficients(count)
     if isinstance(tank, UprightCylinder):
+        from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
+
         return cylinder_z_coefficients(tank, depth, density, count)
     if isinstance(tank, MeshTank) or (isinstance(tank, Capsule) and not tank.is_sphere):
+        from slosh_ros.hydro.volume import full_volume_coefficients, volume_coefficients
+
         if depth == tank.height:
             return full_volume_coefficients(tank, depth, density)
         return volume_coefficients(tank, depth, density, count)
     if isinstance(tank, Capsule):
+        from slosh_ros.hydro.axisymmetric import axisymmetric_coefficients, full_sphere
+
         liquid = tank.filled(depth)
         if depth == tank.height:
             return full_sphere(tank.radius, liquid, density)
         return axisymmetric_coefficients(Circle(tank.radius), liquid, density, count)
     if isinstance(tank.section, Rectangle):
         return rectangular_coefficients(tank, depth, density, count)
+    from slosh_ros.hydro.section import section_coefficients
+
     return section_coefficients(tank, depth, density, modes)

@@ -12,8 +12,8 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.hydro import ModalCoefficients
@@ -341,5 +341,5 @@ def surface_room(tank: Tank, depth: float) -> float:
             return abs(surface(depth + way * wave) / at_rest - 1.0) - SURFACE_CHANGE
 
         if change(end) > 0.0:
-            rooms.append(float(brentq(change, 0.0, end, xtol=1e-3 * end)))
+            rooms.append(float(scipy.optimize.brentq(change, 0.0, end, xtol=1e-3 * end)))
     return min(rooms)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, overload
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from slosh_ros.errors import InputError
 from slosh_ros.tank.cap import Cap, CapTriangles, mirrored
@@ -249,7 +249,7 @@ def _nearest_in_ellipse(point: Array, half_axes: Array) -> Array:
         return float(np.sum((foot(t) / half_axes) ** 2)) - 1.0
 
     far = float(np.max(half_axes) * np.hypot(*point))
-    return foot(float(brentq(outside, 0.0, far, xtol=1e-15 * far)))
+    return foot(float(scipy.optimize.brentq(outside, 0.0, far, xtol=1e-15 * far)))
 
 
 def _extruded(line: Array, x: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 
 def depth_for(fill_ratio: Callable[[float], float], height: float, wanted: float) -> float:
@@ -24,7 +24,7 @@ def depth_for(fill_ratio: Callable[[float], float], height: float, wanted: float
     if wanted in (0.0, 1.0):
         return wanted * height
     return float(
-        brentq(
+        scipy.optimize.brentq(
             lambda depth: fill_ratio(depth) - wanted,
             0.0,
             height,

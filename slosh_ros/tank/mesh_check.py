@@ -11,10 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
-from scipy.spatial import cKDTree
 
 from slosh_ros.errors import InputError
 from slosh_ros.tank.surface import Array, solid_moments
@@ -129,9 +127,9 @@ def _welded(vertices: Array, faces: Indices) -> tuple[Array, Indices, list[str]]
     """Make corners at the same place one, and leave out triangles that are none or repeated."""
     size = float(np.ptp(vertices[faces].reshape(-1, 3), axis=0).max())
     exact, number = np.unique(vertices[faces].reshape(-1, 3), axis=0, return_inverse=True)
-    pairs = cKDTree(exact).query_pairs(_WELD * size, output_type='ndarray')
-    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(exact), len(exact)))
-    count, place = connected_components(graph, directed=False)
+    pairs = scipy.spatial.cKDTree(exact).query_pairs(_WELD * size, output_type='ndarray')
+    graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(exact), len(exact)))
+    count, place = scipy.sparse.csgraph.connected_components(graph, directed=False)
     first = np.unique(place, return_index=True)[1]
     repairs = []
     if count < len(exact):
@@ -182,14 +180,16 @@ def _oriented(vertices: Array, faces: Indices) -> tuple[Indices, list[str]]:
     left, right = owner[::2], owner[1::2]
     clash = is_up[::2] == is_up[1::2]  # both pass along their edge in the same direction
     size = len(faces)
-    graph = coo_matrix((np.ones(len(left)), (left, right)), shape=(size, size)).tocsr()
+    graph = scipy.sparse.coo_matrix(
+        (np.ones(len(left)), (left, right)), shape=(size, size)
+    ).tocsr()
     graph = graph + graph.T
-    _, part = connected_components(graph, directed=False)
+    _, part = scipy.sparse.csgraph.connected_components(graph, directed=False)
     flip = np.zeros(size, dtype=bool)
     pairs = zip(left.tolist(), right.tolist(), clash.tolist(), strict=True)
     opposed = {pair: c for a, b, c in pairs for pair in ((a, b), (b, a))}
     for begin in np.unique(part, return_index=True)[1]:
-        found, before = breadth_first_order(graph, begin, directed=False)
+        found, before = scipy.sparse.csgraph.breadth_first_order(graph, begin, directed=False)
         for face in found[1:].tolist():
             flip[face] = flip[before[face]] != opposed[before[face], face]
     if np.any((flip[left] != flip[right]) != clash):

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from slosh_ros.tank.polygon import outline_moments
 from slosh_ros.tank.surface import Array
@@ -87,8 +86,12 @@ class Cut:
             return 0
         nodes = np.array(links)
         size = int(nodes.max()) + 1
-        graph = coo_matrix((np.ones(len(nodes)), nodes.T), shape=(size, size))
-        return len(np.unique(connected_components(graph, directed=False)[1][nodes[:, 0]]))
+        graph = scipy.sparse.coo_matrix((np.ones(len(nodes)), nodes.T), shape=(size, size))
+        return len(
+            np.unique(
+                scipy.sparse.csgraph.connected_components(graph, directed=False)[1][nodes[:, 0]]
+            )
+        )
 
 
 def cut_below(vertices: Array, faces: Indices, level: float) -> Cut:
@@ -172,10 +175,10 @@ def _bodies(faces: Indices, is_below: NDArray[np.bool_], source: Indices) -> Ind
     begin, end = faces[:, [0, 1, 2]], faces[:, [1, 2, 0]]
     both = wet & wet[:, [1, 2, 0]]
     size = len(is_below)
-    graph = coo_matrix(
+    graph = scipy.sparse.coo_matrix(
         (np.ones(np.count_nonzero(both)), (begin[both], end[both])), shape=(size, size)
     )
-    part = connected_components(graph, directed=False)[1]
+    part = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     corner = np.take_along_axis(faces, wet.argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
     return np.unique(part[corner[source]], return_inverse=True)[1].reshape(-1)
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay
 
 from slosh_ros.errors import InputError
 
@@ -110,7 +110,9 @@ class _Mesh:
 
     def triangles(self) -> Indices:
         """Delaunay triangles within the outline, counter-clockwise."""
-        found: Indices = Delaunay(np.vstack([self.points, self._frame])).simplices.astype(np.intp)
+        found: Indices = scipy.spatial.Delaunay(
+            np.vstack([self.points, self._frame])
+        ).simplices.astype(np.intp)
         found = found[np.all(found < len(self.points), axis=1)]
         found = found[inside(self._outlines, self.points[found].mean(axis=1))]
         area = _double_areas(self.points[found])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from slosh_ros.tank.polygon import Polygon
 from slosh_ros.tank.section import (
@@ -119,11 +119,11 @@ class UniformTank:
 
     def depth(self, fill_ratio: float) -> float:
         """Greatest depth [m] at which the liquid takes this fraction (0..1) of the volume."""
-        if fill_ratio in (0.0, 1.0):
+        if fill_ratio in (0.0, 1.0) or isinstance(self.section, Rectangle):
             return fill_ratio * self.height
         edge = 1e-12 * self.height
         return float(
-            brentq(
+            scipy.optimize.brentq(
                 lambda depth: self.fill_ratio(depth) - fill_ratio,
                 edge,
                 self.height - edge,

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
@@ -62,7 +62,7 @@ class CoupledSystem:
         resistance = 2.0 * modes.damping_ratio * modes.omega * modes.mu
         return cls(
             mass=np.block([[truck.mass, inertia], [inertia.T, np.diag(modes.mu)]]),
-            damping=block_diag(truck.damping, np.diag(resistance)),
+            damping=scipy.linalg.block_diag(truck.damping, np.diag(resistance)),
             stiffness=np.block([[truck.stiffness, -weight], [-weight.T, np.diag(rigidity)]]),
             forcing=np.block(
                 [

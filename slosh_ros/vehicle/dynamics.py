@@ -22,8 +22,8 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.vehicle.general_truck import (
@@ -454,4 +454,4 @@ def _hermite(
 
 
 def _root(function: Callable[[float], float], h: float) -> float:
-    return float(brentq(function, 0.0, h, xtol=1e-15, rtol=1e-14))
+    return float(scipy.optimize.brentq(function, 0.0, h, xtol=1e-15, rtol=1e-14))

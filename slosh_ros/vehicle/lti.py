@@ -6,8 +6,8 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 Array = NDArray[np.float64]
 
@@ -67,6 +67,6 @@ class Propagator:
         chain[:n, :n] = self.a
         chain[:n, n : n + m] = self.b
         chain[n:, n:] = np.eye(links, k=m)
-        exponential = expm(chain * duration)
+        exponential = scipy.linalg.expm(chain * duration)
         scale = np.repeat([float(factorial(k)) for k in range(self.degree + 1)], m)
         return exponential[:n, :n], exponential[:n, n:] * scale

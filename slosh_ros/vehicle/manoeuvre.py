@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from slosh_ros.errors import InputError
 
@@ -179,5 +179,7 @@ class Manoeuvre:
             while self.motion(stop)[0] < distance:
                 stop = start + 2.0 * (stop - start)
         return float(
-            brentq(lambda t: self.motion(t)[0] - distance, start, stop, xtol=1e-14, rtol=1e-15)
+            scipy.optimize.brentq(
+                lambda t: self.motion(t)[0] - distance, start, stop, xtol=1e-14, rtol=1e-15
+            )
         )

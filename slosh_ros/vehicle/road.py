@@ -8,9 +8,8 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.special import k1
 
 from slosh_ros.errors import InputError
 
@@ -154,11 +153,11 @@ class Profile:
         return float(np.min(np.diff(self.position)))
 
     @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self.position, self.height, bc_type='clamped')
+    def _spline(self) -> scipy.interpolate.CubicSpline:
+        return scipy.interpolate.CubicSpline(self.position, self.height, bc_type='clamped')
 
     @cached_property
-    def _inclination(self) -> CubicSpline:
+    def _inclination(self) -> scipy.interpolate.CubicSpline:
         return self._spline.derivative()
 
     def under(self, position: Array, about: Array | None = None) -> tuple[Array, Array]:
@@ -304,7 +303,7 @@ def random_road(
     phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (2, len(n)))
     waves = amplitude * np.exp(1j * phases)
     argument = 2.0 * np.pi * track * n
-    coherence = argument * k1(argument)
+    coherence = argument * scipy.special.k1(argument)
     lines = np.zeros((2, len(inside)), dtype=complex)
     lines[0, inside] = waves[0]
     lines[1, inside] = coherence * waves[0] + np.sqrt(1.0 - coherence**2) * waves[1]

@@ -16,8 +16,8 @@ from abc import ABC, abstractmethod
 from typing import NamedTuple, Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
@@ -153,7 +153,9 @@ class SteppedTruck(ABC):
                 'liquid, and A must not contain its rigid inertia'
             )
         gamma = truck.base_motion
-        gain = float(eigh(gamma.T @ coupling @ gamma, truck.mass, eigvals_only=True)[-1])
+        gain = float(
+            scipy.linalg.eigh(gamma.T @ coupling @ gamma, truck.mass, eigvals_only=True)[-1]
+        )
         if gain >= 1.0:
             raise InputError(
                 'coupling: M - Gamma^T A Gamma is not positive definite, the spectral radius of '
