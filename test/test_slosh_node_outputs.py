@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,12 +13,18 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
+import rclpy
 from geometry_msgs.msg import PointStamped, WrenchStamped
-from ros_rig import NANOSECONDS, QOS, Driver, NodeProcess, imu, stamp_of, wrench_of
+from rclpy.publisher import Publisher
+from rclpy.serialization import serialize_message
+from rclpy.signals import SignalHandlerOptions
+from ros_rig import NANOSECONDS, QOS, TIMEOUT, Driver, NodeProcess, imu, stamp_of, wrench_of
 from sensor_msgs.msg import FluidPressure, JointState
 from visualization_msgs.msg import Marker, MarkerArray
 
-from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine
+from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine, Verdict
+from slosh_ros.engine.stamped import StampedDoubles
+from slosh_ros.ros.slosh_node import SloshNode
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -207,3 +216,53 @@ def test_outputs_that_are_switched_off_do_not_exist(config, tmp_path):
         assert {name.removeprefix('/slosh_node/') for name in offered} & set(OUTPUTS) == {'wrench'}
         driver.publisher.publish(imu(START))
         driver.spin_until(lambda: len(driver.received['wrench']) == 1)
+
+
+def test_what_nobody_listens_to_costs_no_message(config, monkeypatch):
+    """Neither made nor handed to DDS: of nine outputs, only the one that is heard."""
+    published, written = Counter(), Counter()
+    publish, write = Publisher.publish, StampedDoubles.write
+
+    def counted(self: Publisher, message: object) -> None:
+        published[self.topic_name.removeprefix('/slosh_node/')] += 1
+        publish(self, message)
+
+    def seen(self: StampedDoubles, stamp: int, values: list[float]) -> object:
+        written[len(values)] += 1
+        return write(self, stamp, values)
+
+    monkeypatch.setattr(Publisher, 'publish', counted)
+    monkeypatch.setattr(StampedDoubles, 'write', seen)
+    rclpy.init(
+        args=['--ros-args', '--params-file', str(config)],
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
+    try:
+        node = SloshNode()
+        stamps = itertools.count(START, STEP)
+
+        def drive() -> dict[str, int]:
+            """Drive for thirty samples and tell what was published of them."""
+            published.clear()
+            written.clear()
+            for _ in range(30):
+                node._on_imu(serialize_message(imu(next(stamps), (1.0, 0.5, 9.81))))
+            return {name: count for name, count in published.items() if name in OUTPUTS}
+
+        assert drive() == {}
+        assert not written
+        assert node.engine.gate.counts[Verdict.ACCEPTED] == 29
+        for name, doubles in (('modes', 0), ('front/wrench', 30)):
+            listener = node.create_subscription(OUTPUTS[name], f'~/{name}', print, 10)
+            until = time.monotonic() + TIMEOUT
+            while not node.count_subscribers(f'~/{name}') or drive() != {name: 30}:
+                assert time.monotonic() < until
+                time.sleep(0.05)
+            assert sum(written.values()) == doubles
+            node.destroy_subscription(listener)
+            while drive():
+                assert time.monotonic() < until
+                time.sleep(0.05)
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
