@@ -190,9 +190,10 @@ class MotionBag:
                     continue
                 block.received.append(received)
                 block.raws.append(raw)
-                if len(block.raws) == size:
+                # the first to find another liquid is fed alone, those after it at once
+                if len(block.raws) == (1 if block.fills else size):
                     yield self._decoded(block, readings)
-                    read += size
+                    read += len(block.raws)
                     block = Block()
             if block.raws or block.fills:
                 yield self._decoded(block, readings)
