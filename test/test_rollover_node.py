@@ -14,7 +14,7 @@ pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
 from conftest import REPOSITORY
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import InertiaStamped, WrenchStamped
 from ros_rig import QOS, Driver, NodeProcess, imu
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
@@ -23,6 +23,7 @@ from slosh_ros.bag import MotionBag
 from slosh_ros.engine import SloshConfig, SloshEngine, feed_message
 from slosh_ros.engine.convert import IMU
 from slosh_ros.monitor import RolloverMonitor
+from slosh_ros.ros.latched import LATCHED
 from slosh_ros.vehicle.rollover import FIGURES, Rollover, RollVehicle
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
@@ -208,7 +209,7 @@ def exchange(driver: Driver, wrenches, stamp: int, wrench: list[float], frame: s
 
 
 def test_what_is_wrong_is_said(rollover_node, driver, listener):
-    """In turn: no data, wrench in another frame, wrench not finite, small margin, silence."""
+    """No data, wrench in another frame or not finite, another fill, small margin, silence."""
     listener.connect(1)
     assert listener.next_report('waiting for data on /imu/data').level == DiagnosticStatus.WARN
     wrenches = driver.node.create_publisher(WrenchStamped, 'slosh_node/wrench', QOS)
@@ -229,6 +230,13 @@ def test_what_is_wrong_is_said(rollover_node, driver, listener):
     assert play([float('nan')] * 6, 'base_link', 'no wrench').level == DiagnosticStatus.ERROR
     assert listener.count == 0
     assert play(nothing, 'base_link', 'running').level == DiagnosticStatus.OK
+    liquids = driver.node.create_publisher(InertiaStamped, 'slosh_node/liquid', LATCHED)
+    liquid, mass = InertiaStamped(), SloshEngine(SloshConfig.from_file(TANKS)).mass
+    for told, text in ((1.2 * mass, f'holds {1.2 * mass:.0f} kg of liquid'), (mass, 'running')):
+        liquid.inertia.m = told
+        liquids.publish(liquid)
+        level = play(nothing, 'base_link', text).level
+        assert level == (DiagnosticStatus.OK if text == 'running' else DiagnosticStatus.ERROR)
     warned = play(tipping, 'base_link', 'the rollover margin is below 0.1 g')
     assert warned.level == DiagnosticStatus.WARN
     values = {v.key: float(v.value) for v in warned.values}

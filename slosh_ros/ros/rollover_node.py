@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import InertiaStamped, WrenchStamped
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -21,6 +21,7 @@ from slosh_ros.engine.convert import imu_sample, stamp_of
 from slosh_ros.engine.parameters import resolved as resolved_tanks
 from slosh_ros.monitor import Pairs, RolloverMonitor
 from slosh_ros.parameters import resolved
+from slosh_ros.ros.latched import LATCHED
 from slosh_ros.ros.parameters import declare_all, given_parameters
 from slosh_ros.ros.runtime import run
 from slosh_ros.vehicle.rollover import FIGURES, GROUP, PARAMETERS, RollVehicle
@@ -29,6 +30,7 @@ _FRAME = 'base_link'
 # Heard from reliable and best-effort publishers alike; deep enough for a burst after a stall
 _SENSOR = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 _REPORT_PERIOD = 1.0  # [s]
+_SAME = 0.01  # [-] by which the liquid may differ from that of slosh_node
 
 
 class RolloverNode(Node):
@@ -47,7 +49,8 @@ class RolloverNode(Node):
         of_vehicle = resolved(PARAMETERS, {k: v for k, v in given.items() if k in own})
         config = SloshConfig.from_parameters(values.by_name)
         self._vehicle = RollVehicle.from_values(of_vehicle)
-        self._monitor = RolloverMonitor(SloshEngine(config), self._vehicle)
+        engine = SloshEngine(config)
+        self._monitor = RolloverMonitor(engine, self._vehicle)
         declare_all(self, rows, values)
         declare_all(self, PARAMETERS, of_vehicle)
 
@@ -68,6 +71,8 @@ class RolloverNode(Node):
                 (WrenchStamped, 'slosh_node/wrench', self._on_wrench),
             )
         )
+        self._mass = self._told = engine.mass  # of the liquid, here and in slosh_node [kg]
+        self.create_subscription(InertiaStamped, 'slosh_node/liquid', self._on_liquid, LATCHED)
         self._topics = imu.topic_name, wrench.topic_name
         # a steady clock: reports go on while simulated time stands still
         self.create_timer(
@@ -91,6 +96,9 @@ class RolloverNode(Node):
         force, torque = message.wrench.force, message.wrench.torque
         wrench = np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
         self._judge(self._pairs.answer(stamp_of(message.header), wrench))
+
+    def _on_liquid(self, message: InertiaStamped) -> None:
+        self._told = message.inertia.m
 
     def _judge(self, pair: tuple[MotionSample, NDArray[np.float64]] | None) -> None:
         rollover = None if pair is None else self._monitor.take(*pair)
@@ -149,6 +157,12 @@ class RolloverNode(Node):
                 DiagnosticStatus.ERROR,
                 f'no wrench on {wrench} for the samples on {imu}: nothing is published; '
                 'is slosh_node running, and does it accept them?',
+            )
+        if abs(self._told - self._mass) > _SAME * self._mass:
+            return (
+                DiagnosticStatus.ERROR,
+                f'slosh_node holds {self._told:.0f} kg of liquid, the figures are for '
+                f'{self._mass:.0f} kg: start again with the fill that it has now',
             )
         if self._least < self._vehicle.least_margin:
             return (
