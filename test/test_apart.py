@@ -33,6 +33,7 @@ def test_it_is_another_process_of_low_priority_that_answers() -> None:
     assert apart(os.getpid) != os.getpid()
     assert apart(os.nice, 0) >= min(os.nice(0) + 10, 19)
     assert apart(json.loads, '[1, 2]') == [1, 2]
+    assert apart(signal.raise_signal, signal.SIGINT) is None  # Ctrl-C is its caller's matter
 
 
 def test_what_is_printed_meanwhile_is_no_answer() -> None:
