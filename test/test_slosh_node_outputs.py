@@ -243,6 +243,7 @@ def test_what_nobody_listens_to_costs_no_message(config, monkeypatch):
 
         def drive() -> dict[str, int]:
             """Drive for thirty samples and tell what was published of them."""
+            rclpy.spin_once(node, timeout_sec=0.0)  # by which it hears of listeners
             published.clear()
             written.clear()
             for _ in range(30):

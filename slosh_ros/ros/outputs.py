@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from sensor_msgs.msg import FluidPressure, JointState
 
 from slosh_ros.constants import NANOSECONDS
 from slosh_ros.engine import Loads, SloshEngine
 from slosh_ros.engine.stamped import StampedDoubles
 from slosh_ros.parameters import Values
+from slosh_ros.ros.heard import HeardPublisher
 from slosh_ros.ros.surface import SurfaceTopic
 
 _DEPTH = 10
@@ -22,7 +22,7 @@ _Telling = Callable[[Loads], list[float]]  # what a message says; empty: there i
 
 
 class _Output(NamedTuple):
-    publisher: Publisher
+    publisher: HeardPublisher
     writer: StampedDoubles
     tell: _Telling
 
@@ -68,9 +68,9 @@ class Outputs:
         if values.flag('outputs.centre_of_mass'):
             writer = StampedDoubles(frame, 3)
             self._offer(PointStamped, 'centre_of_mass', writer, self._centre)
-        self._modes: Publisher | None = None
+        self._modes: HeardPublisher | None = None
         if values.flag('outputs.modes'):
-            self._modes = node.create_publisher(JointState, '~/modes', _DEPTH)
+            self._modes = HeardPublisher(node, JointState, '~/modes', _DEPTH)
         self._surface: SurfaceTopic | None = None
         if values.flag('outputs.surface'):
             self._surface = SurfaceTopic(node, engine, values.number('outputs.surface_rate'))
@@ -78,15 +78,15 @@ class Outputs:
     def publish(self, loads: Loads) -> None:
         """Publish what is listened to, under the sample's stamp."""
         for publisher, writer, tell in self._outputs:
-            if publisher.get_subscription_count() and (values := tell(loads)):
+            if publisher.heard and (values := tell(loads)):
                 publisher.publish(writer.write(loads.stamp, values))
-        if self._modes is not None and self._modes.get_subscription_count():
+        if self._modes is not None and self._modes.heard:
             self._modes.publish(self._joints(loads.stamp))
         if self._surface is not None:
             self._surface.publish(loads.stamp)
 
     def _offer(self, kind: type, topic: str, writer: StampedDoubles, tell: _Telling) -> None:
-        publisher = self._node.create_publisher(kind, f'~/{topic}', _DEPTH)
+        publisher = HeardPublisher(self._node, kind, f'~/{topic}', _DEPTH)
         self._outputs.append(_Output(publisher, writer, tell))
 
     def _share_of(self, place: int) -> _Telling:

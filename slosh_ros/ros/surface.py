@@ -13,6 +13,7 @@ from slosh_ros.engine import SloshEngine
 from slosh_ros.engine.model import TankModel
 from slosh_ros.modal.picture import SurfaceMesh, colours, tank_lines
 from slosh_ros.modal.validity import WAVE_LIMIT
+from slosh_ros.ros.heard import HeardPublisher
 
 _LINE = 0.01  # thickness, of the tank's height
 _GREY = ColorRGBA(r=0.5, g=0.5, b=0.5, a=1.0)
@@ -36,12 +37,12 @@ class SurfaceTopic:
         self._engine = engine
         self._period = round(NANOSECONDS / rate)
         self._slot: int | None = None
-        self._publisher = node.create_publisher(MarkerArray, '~/surface', 1)
+        self._publisher = HeardPublisher(node, MarkerArray, '~/surface', 1)
         self._pictures: list[_TankPicture] = []
 
     def publish(self, stamp: int) -> None:
         """Publish the surfaces if it is time to, under a stamp [ns]."""
-        if not self._publisher.get_subscription_count():
+        if not self._publisher.heard:
             return
         slot = stamp // self._period
         if slot == self._slot:
