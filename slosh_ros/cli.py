@@ -503,7 +503,7 @@ def _print_sweep(
 
 
 def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
-    damping, source = tank.damping_of(c)
+    damping = tank.damping_of(c)
     fit: dict[str, object] = (
         {'fit': fits.as_json(tank.tank)} if isinstance(tank.tank, AddedMassTank) else {}
     )
@@ -517,14 +517,16 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
         'centroid': c.liquid.centroid.tolist(),
         'inertia_frozen': c.inertia_frozen.tolist(),
         'inertia_stokes_joukowski': c.inertia_stokes_joukowski.tolist(),
-        'damping': source,
+        'damping': damping.source,
+        'damping_holds': damping.holds,
+        'damping_beyond': list(damping.beyond),
         'modes': [
             {
                 'name': name,
                 'omega': float(c.omega[j]),
                 'mu': float(c.mu[j]),
                 'lambda': c.coupling[j].tolist(),
-                'damping_ratio': float(damping[j]),
+                'damping_ratio': float(damping.ratio[j]),
             }
             for j, name in enumerate(c.names)
         ],
@@ -572,7 +574,7 @@ def _place(point: NDArray[np.float64]) -> str:
 
 
 def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
-    damping, source = tank.damping_of(c)
+    damping = tank.damping_of(c)
     liquid = c.liquid
     _out.print(
         f'[bold]{tank.name}[/]: {tank.tank.shape}, {liquid.fill_ratio:.1%} full, '
@@ -607,7 +609,7 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
             name,
             f'{c.omega[j]:.5f}',
             f'{2.0 * np.pi / c.omega[j]:.3f}',
-            f'{damping[j]:.4f}',
+            f'{damping.ratio[j]:.3g}',
             f'{c.mu[j]:.6g}',
             *(f'{row[k - 1]:.6g}' if abs(row[k - 1]) > least[k - 1] else '-' for k in _LAMBDAS),
         )
@@ -615,8 +617,10 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
     surge, sway = (c.coupling[:, :2] ** 2 / c.mu[:, None]).sum(axis=0) / c.mass
     _out.print(
         f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways\n'
-        f'damping: {_plain(source)}'
+        f'damping: {_plain(damping.words)}'
     )
+    for beyond in damping.beyond:
+        _out.print(f'[yellow]damping beyond its range: {_plain(beyond)}[/]')
     if isinstance(tank.tank, AddedMassTank):
         _print_fit(tank.tank)
 

@@ -245,8 +245,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         '{tank}.damping_formula', 'string', 'automatic',
         'where the damping comes from if kinematic_viscosity is given: measured in smooth upright '
-        'cylinders (mikishev_dorozhkin, stephens) or spheres (stofan_sumner), or laminar boundary '
-        'layers; automatic takes mikishev_dorozhkin, stofan_sumner, boundary layers by shape',
+        'cylinders (stephens, mikishev_dorozhkin) or spheres (stofan_sumner), or laminar boundary '
+        'layers; automatic takes stephens, stofan_sumner, boundary layers by shape',
         choices=FORMULAS,
     ),
     Parameter(

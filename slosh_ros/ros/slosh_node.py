@@ -64,6 +64,7 @@ class SloshNode(Node):
         )
         # last: its thread must not outlive a node that could not be made
         self._calibration = CalibrationService(self, self.engine, values)
+        self._tell_damping()
         modes = sum(len(tank.coefficients.omega) for tank in self.engine.tanks)
         mass = sum(tank.coefficients.mass for tank in self.engine.tanks)
         self.get_logger().info(
@@ -75,6 +76,19 @@ class SloshNode(Node):
         """End the calibration's thread as well."""
         self._calibration.close()
         super().destroy_node()
+
+    def _tell_damping(self) -> None:
+        """Log what damps the waves of every tank, and what of it is out of its range."""
+        for config, tank in zip(self.engine.config.tanks, self.engine.tanks, strict=True):
+            damping = config.damping_of(tank.coefficients)
+            if not damping.ratio.size:
+                continue
+            first = damping.ratio[tank.coefficients.omega.argmin()]
+            self.get_logger().info(
+                f'{config.name}: damping ratio of the lowest mode {first:.3g}: {damping.words}'
+            )
+            for beyond in damping.beyond:
+                self.get_logger().warning(f'{config.name}: damping beyond its range: {beyond}')
 
     def _on_imu(self, raw: bytes) -> None:
         reading = imu_reading(raw)
