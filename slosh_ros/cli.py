@@ -517,6 +517,7 @@ def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
         'centroid': c.liquid.centroid.tolist(),
         'inertia_frozen': c.inertia_frozen.tolist(),
         'inertia_stokes_joukowski': c.inertia_stokes_joukowski.tolist(),
+        'error': c.error,
         'damping': damping.source,
         'damping_holds': damping.holds,
         'damping_beyond': list(damping.beyond),
@@ -619,6 +620,8 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
         f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways\n'
         f'damping: {_plain(damping.words)}'
     )
+    if c.error is not None:
+        _out.print(f'largest relative error of omega and lambda, estimated: {c.error:.1g}')
     for beyond in damping.beyond:
         _out.print(f'[yellow]damping beyond its range: {_plain(beyond)}[/]')
     if isinstance(tank.tank, AddedMassTank):

@@ -167,6 +167,8 @@ def test_table_tells_the_fit(folder: Path) -> None:
         '0.5] m',
         'constant terms',
         'typically',
+        'largest relative error of omega and lambda, estimated: ',
+        'less than a step of its frequencies, 0.2',
     ):
         assert text in ' '.join(result.stdout.split()), text
 

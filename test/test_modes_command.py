@@ -19,7 +19,8 @@ def test_json_has_the_names_of_the_contract_and_table_1():
     found = json.loads(result.stdout)
     assert list(found) == [
         'tank', 'route', 'mass', 'volume', 'surface_height', 'surface_centre', 'centroid',
-        'inertia_frozen', 'inertia_stokes_joukowski', 'damping', 'modes',
+        'inertia_frozen', 'inertia_stokes_joukowski', 'error', 'damping', 'damping_holds',
+        'damping_beyond', 'modes',
     ]  # fmt: skip
     assert found['mass'] == pytest.approx(10880.0)
     assert found['volume'] == pytest.approx(12.8)

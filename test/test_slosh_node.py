@@ -287,6 +287,8 @@ def test_waiting_for_data_is_said_with_the_resolved_topic(tmp_path, config, driv
         '--params-file', str(config), '-r', 'imu/data:=/truck/chassis/imu',
     ) as node:  # fmt: skip
         node.wait_for('waiting for data on /truck/chassis/imu')
+        told = 'damping ratio of the lowest mode 0.02: damping_ratio of the configuration'
+        assert f'tank: {told}' in node.output
 
 
 @pytest.mark.parametrize(('kind', 'stamped'), [(TwistStamped, 'true'), (Twist, 'false')])

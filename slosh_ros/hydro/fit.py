@@ -22,14 +22,19 @@ squares on relative deviations, with a loss that lets single points go (the spik
 moves all at once.
 
 How many. A mode comes in or goes out if that lowers Bayes's information criterion
-n log(sigma^2) + p log n by more than `EVIDENCE`. Poles above the band of the data stand for all
-that lies there: they take part in the fit, not in the result.
+n log(sigma^2) + p log n by more than `EVIDENCE`; two neighbours become one if that lowers it at
+all. Poles above the band of the data stand for all that lies there: they take part in the fit, not
+in the result.
+
+What it cannot tell apart. Two poles of a family between the same two frequencies of the data come
+out as one, with about the sum of their modal masses: give frequencies closer than the modes are.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -53,13 +58,16 @@ SPIKE = 3.0  # standard deviations beyond which a point tells no more about the 
 SMALLEST_SHARE = 1e-4  # of all modal masses of a family; a mode below it is not worth its state
 SMALL_SHARE, LONELY = 0.03, 0.01  # a small mode felt at one point a hundred times more is a spike
 FEW_STEPS, MANY_STEPS = 30, 80  # of least squares, to come near and to come home
+CLOSE = 5  # steps of the frequencies; poles so near each other may be the halves of one
 SAME_WAY = 1e-3  # relative difference of modes from which least squares come home alike
 BEST_NOISE = 1e-5  # relative; no boundary element code is better than that
+SAME = 1e-6  # relative difference of entries of surge and sway that are the same
 ASYMMETRY = 0.01  # of the geometric mean of the diagonal entries
 RECIPROCITY = 0.05  # of the same
 GAIN, GAINING = 0.01, 0.1  # negative damping over |A| that is no rounding; share of frequencies
 MASS_TOLERANCE = 0.05  # of A_11(0) against the liquid's mass
 SMALLEST_LOSS = 1e-9
+COVERAGE = 10.0  # standard errors that errors reach: what lies above the band bends a fit, too
 
 
 class Family(NamedTuple):
@@ -401,7 +409,7 @@ class _Fit:
         """Let modes in and out while the criterion tells to."""
         start = self._rows([*self.falls()[: max_modes - 1], 1.4 * self.band_end])
         best = self._home(self._near(start))
-        while (better := self._step(best, max_modes) or self._jump(best)) is not None:
+        while better := self._step(best, max_modes) or self._jump(best) or self._merge(best):
             best = better
         return best
 
@@ -422,6 +430,21 @@ class _Fit:
                 trials.append(trial)
         better = (self._better([trial], best, 1.0) for trial in trials)
         return next((found for found in better if found is not None), None)
+
+    def _merge(self, best: _Solved) -> _Solved | None:
+        """Make one of two neighbouring poles, of which a sharp peak may be made up."""
+        order = np.argsort(best.modes[:, 0])
+        order = order[self._inside(best)[order]]
+        step = np.searchsorted(self.omega, best.modes[:, 0])
+        trials: list[Array] = []
+        for left, right in pairwise(order):
+            if step[right] - step[left] > CLOSE:
+                continue
+            both = best.modes[[left, right]]
+            one = np.average(both, axis=0, weights=both[:, 1] + np.finfo(float).tiny)
+            one[1] = both[:, 1].sum()
+            trials.append(np.vstack([np.delete(best.modes, [left, right], axis=0), one]))
+        return self._better(trials, best, 0.0)
 
     def at_rest(self, solved: _Solved) -> tuple[float, float]:
         """A_push and A_cross of a fit at frequency 0; of yaw only the first."""
@@ -595,10 +618,11 @@ def fit_liquid(data: AddedMass, liquid: LiquidAtRest) -> tuple[FittedFamily, ...
     mass = data.density * liquid.volume
     lever = mass * float(liquid.centroid[2])
     i_xx, i_yy = data.density * np.diag(liquid.surface_inertia)
-    families = [
-        _checked(about_o, SURGE, (mass, lever + i_xx), i_xx),
-        _checked(about_o, SWAY, (mass, -(lever + i_yy)), i_yy),
-    ]
+    families = [_checked(about_o, SURGE, (mass, lever + i_xx), i_xx)]
+    if _round(about_o):
+        families.append(_turned(families[0]))
+    else:
+        families.append(_checked(about_o, SWAY, (mass, -(lever + i_yy)), i_yy))
     # a vertical axis of symmetry leaves rounding in 66
     if np.abs(about_o.matrix[:, 5, 5]).max() > 1e-6 * np.abs(about_o.matrix[:, 4, 4]).max():
         families.append(fit_family(about_o, YAW))
@@ -638,6 +662,7 @@ def fitted_coefficients(
     i_xx, i_yy = data.density * np.diag(liquid.surface_inertia)
     names: list[str] = []
     rows: list[Array] = []
+    errors: list[float] = []
     for fitted in families:
         family = fitted.family
         for n, (omega, weight, arm) in enumerate(
@@ -649,6 +674,12 @@ def fitted_coefficients(
                 coupling[family.turn] = -weight * arm
             names.append(f'{family.name}{n}')
             rows.append(np.array([omega, weight, *coupling]))
+            errors.append(
+                max(
+                    fitted.omega_error[n - 1] / omega,
+                    fitted.modal_mass_error[n - 1] / weight,
+                )
+            )
     order = np.argsort([row[0] for row in rows])[:modes]
     table = np.array(rows)[order]
     inertia = [families[1].constants[2], families[0].constants[2]]
@@ -666,6 +697,29 @@ def fitted_coefficients(
         wall_friction=None,
         surface_points=points,
         surface_shapes=points @ (table[:, 2:4] / np.array([i_xx, i_yy])).T,
+        error=COVERAGE * float(max(errors[j] for j in order)),
+    )
+
+
+def _round(data: AddedMass) -> bool:
+    """Tell that sway is surge, as in a tank that turns about a vertical axis of symmetry."""
+    m = data.matrix
+    pairs = ((m[:, 1, 1], m[:, 0, 0]), (m[:, 1, 3], -m[:, 0, 4]), (m[:, 3, 1], -m[:, 4, 0]))
+    return all(
+        np.allclose(sway, surge, rtol=SAME, atol=0.0)
+        for sway, surge in (*pairs, (m[:, 3, 3], m[:, 4, 4]))
+    )
+
+
+def _turned(surge: FittedFamily) -> FittedFamily:
+    """Return sway of a tank whose sway is surge."""
+    mass, moment = surge.at_rest
+    return replace(
+        surge,
+        family=SWAY,
+        lever=-surge.lever,
+        constants=surge.constants * np.array([1.0, -1.0, 1.0]),
+        at_rest=(mass, -moment),
     )
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from slosh_ros.hydro.added_mass_files import describe
 from slosh_ros.hydro.added_mass_tank import AddedMassTank
 from slosh_ros.hydro.fit import YAW, FittedFamily
@@ -11,7 +13,12 @@ from slosh_ros.hydro.fit import YAW, FittedFamily
 
 def told(tank: AddedMassTank) -> list[str]:
     """Say what was read, and what holds the fit against the liquid."""
-    lines = [describe(tank.data)]
+    step = float(np.median(np.diff(tank.data.omega[np.isfinite(tank.data.omega)])))
+    lines = [
+        describe(tank.data),
+        f'two modes of a family less than a step of its frequencies, {step:.2g} rad/s, apart come '
+        'out as one',
+    ]
     for fitted in tank.families:
         name = fitted.family.name
         if fitted.family is YAW:
