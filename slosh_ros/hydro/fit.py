@@ -67,6 +67,7 @@ RECIPROCITY = 0.05  # of the same
 GAIN, GAINING = 0.01, 0.1  # negative damping over |A| that is no rounding; share of frequencies
 MASS_TOLERANCE = 0.05  # of A_11(0) against the liquid's mass
 SMALLEST_LOSS = 1e-9
+SURE = 5.0  # standard errors a mass must have: somewhere on a grid three come about by chance
 COVERAGE = 10.0  # standard errors that errors reach: what lies above the band bends a fit, too
 
 
@@ -527,7 +528,7 @@ class _Fit:
         """Keep what lies within the band and is sure."""
         order = np.argsort(solved.modes[:, 0])
         modes, errors = solved.modes[order], solved.errors[order]
-        kept = (modes[:, 0] <= self.band_end) & (modes[:, 1] > 2.0 * errors[:, 1])
+        kept = (modes[:, 0] <= self.band_end) & (modes[:, 1] > SURE * errors[:, 1])
         omega, mass, lever, loss = modes[kept].T
         rest = modes[~kept]
         hanging = GRAVITY * rest[:, 1] / rest[:, 0] ** 2
