@@ -37,6 +37,8 @@ BRANCHED = [
 BAFFLED = [
     -1.2, -0.8, -0.1, -0.8, -0.1, -0.2, 0.1, -0.2, 0.1, -0.8, 1.2, -0.8, 1.2, 0.8, -1.2, 0.8,
 ]  # fmt: skip
+HEXAGON = [-0.5, 0.0, 0.5, 0.0, 0.9, 0.5, 0.5, 1.0, -0.5, 1.0, -0.9, 0.5]
+TUB = [-0.5, 0.0, 0.5, 0.0, 0.9, 0.5, 0.9, 1.0, -0.9, 1.0, -0.9, 0.5]
 
 
 def solved(
@@ -164,6 +166,17 @@ def test_corners_that_jut_in_cost_no_digits(points: list[float], fill_ratio: flo
     assert_converged(coarse, fine, 4e-6)
     # the velocity is infinite there, its square on the wall barely integrable
     assert coarse.wall_friction == pytest.approx(fine.wall_friction, rel=2e-2)
+
+
+@pytest.mark.parametrize('points', [HEXAGON, TUB], ids=['hexagon', 'tub'])
+def test_twelve_modes_keep_five_digits_just_above_a_corner(points: list[float]) -> None:
+    """Mu as well, that is the highest wave, at the wall: no energy whose error is squared."""
+    tank = section_x(points, 3.0)
+    coarse, fine = (
+        section_coefficients(tank, 0.5 + 1e-4, 850.0, 12, resolution)
+        for resolution in (None, TriangleResolution(11, 0.8, 1e-12))
+    )
+    assert_converged(coarse, fine, 1e-6)
 
 
 def test_errors_fall_exponentially_with_the_degree() -> None:
@@ -480,6 +493,22 @@ def test_a_level_at_a_corner_or_a_ledge_is_one_of_both_sides() -> None:
     wide = section_x([-1.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 1.0], 5.0)
     c = section_coefficients(wide, 1.0, 850.0, 3)
     assert c.liquid.surface_inertia[1, 1] == pytest.approx(5.0 * 2.0**3 / 12.0)
+
+
+def test_a_level_a_hair_from_a_corner_is_nearly_at_it() -> None:
+    """Within 1e-7 heights the mesh had no end; what is smaller than it can be counts as none."""
+    tank = section_x(HEXAGON, 3.0)
+    at = section_coefficients(tank, 0.5, 850.0, 3).omega
+    for step in (1e-3, 1e-6, 1e-7, 1e-9, -1e-3, -1e-6, -1e-9):
+        hair = section_coefficients(tank, 0.5 + step, 850.0, 3).omega
+        assert hair == pytest.approx(at, rel=10.0 * abs(step) + 1e-8)
+
+
+def test_corners_too_close_to_each_other_are_refused_at_once() -> None:
+    """Where three points are one to the triangulation, edges would be halved for ever."""
+    close = [-1.0, 0.0, 1.0, 0.0, 1.0, 0.5, 1.0 + 1e-8, 0.5 + 1e-8, 1.0, 1.0, -1.0, 1.0]
+    with pytest.raises(InputError, match=r'details as small as .* leave them out'):
+        section_coefficients(section_x(close, 3.0), 0.8, 850.0, 3)
 
 
 def test_a_pinhole_and_a_hair_are_refused() -> None:

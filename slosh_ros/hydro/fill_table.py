@@ -46,7 +46,8 @@ _ROUTE = 'fill table'
 FADING = f'{_ROUTE}, fading'  # route of what is beyond
 TOLERANCE = 5e-5  # [-] of what a new node is missed by
 _HEIGHTS = 0.05  # weight of the error of heights at single points: they may miss by 1e-3
-_SPARSE = 4  # of so many samples of the crests one is enough: the ends, and a parabola at peaks
+_SPARSE = 2  # of so many samples of the crests one is enough: they are dense at the ends, and
+# at peaks there goes a parabola through three
 _FIRST = 4  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
@@ -107,9 +108,9 @@ class _Interval:
     """
     Nodes of an interval of t, and the polynomial through them.
 
-    Where the wall has a corner at its beginning, it is a polynomial in the root of the way from
-    there. Just above the corner, the wave at the wall changes as a broken power of that way. Just
-    below a corner there is nothing of that: the liquid does not know the wall above.
+    Where the wall has a corner at its beginning, it is a polynomial in the cube root of the way
+    from there. Just above the corner, the wave at the wall changes as a broken power of that way.
+    Just below a corner there is nothing of that: the liquid does not know the wall above.
     """
 
     begin: float
@@ -152,12 +153,12 @@ class _Interval:
         ways = (1.0 - np.cos(np.linspace(0.0, np.pi, _CANDIDATES))) / 2.0
         away = np.abs(ways[:, np.newaxis] - self._way(t))
         way = float(ways[np.log(np.maximum(away, 1e-300)).sum(axis=1).argmax()])
-        return self.begin + (self.end - self.begin) * (way**2 if self.at_corner else way)
+        return self.begin + (self.end - self.begin) * (way**3 if self.at_corner else way)
 
     def _way(self, angle: Array) -> Array:
         """Way from the beginning, 0 to 1, in which the polynomial is one."""
         share = (angle - self.begin) / (self.end - self.begin)
-        return np.sqrt(share) if self.at_corner else share
+        return np.cbrt(share) if self.at_corner else share
 
 
 class FillTable:
@@ -216,9 +217,7 @@ class FillTable:
         Largest error of log omega, and of couplings and inertias over the largest of their kind.
 
         Heights of waves at single points, over the highest, may miss by 20 times as much. It is
-        that of each interval before its last node, which is more than what is left; but within
-        a hundredth of the height above a sharp corner, the highest wave, and so mu, may be off
-        by ten times as much.
+        that of each interval before its last node, which is more than what is left.
         """
         return max((part.error for part in self._done), default=np.inf)
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +46,7 @@ from slosh_ros.tank import Polygon, SectionMoments, SymmetricSection, UniformTan
 # liquid exceeds this. Rounding leaves some 1e-20; what is below is not felt even at resonance.
 COUPLING_SHARE = 1e-10
 
-_SAMPLES = 2001  # of each piece of the surface, among which the largest |psi| is sought
+_SAMPLES = 1001  # of each piece of the surface, among which the largest |psi| is sought
 _LEFTMOST_CREST = 0.5  # [max |f|] how high the crest at the left end stands that settles the sign
 _WAVES = 1.5  # shortest wave that is resolved, per estimate
 _FEWEST_WAVES = 4.0  # [half-waves across the surface], so that a few modes have a fine mesh, too
@@ -116,6 +117,7 @@ def section_coefficients(
         by_name = {mode_name(m.a, m.b): m for a in sorted(along) for m in those(a)}
         found = [by_name[name] for name in modes]
 
+    found = [_scaled(mode) for mode in found]
     potentials = _Potentials(tank.length, moments, tuple(families), tuple(found))
     points = np.concatenate(
         [
@@ -132,7 +134,7 @@ def section_coefficients(
         mu=density * np.array([mode.mu for mode in found]),
         coupling=density * np.array([mode.coupling for mode in found]),
         inertia_stokes_joukowski=density * _stokes_joukowski(tank.length, moments, families),
-        wall_friction=np.array([mode.wall_friction for mode in found]),
+        wall_friction=np.array([_wall_friction(mode, tank.length) for mode in found]),
         surface_points=points,
         surface_shapes=potentials.surface(points),
         surface_gaps=tuple(
@@ -141,7 +143,7 @@ def section_coefficients(
         potentials=potentials,
         crests=np.array(
             [
-                np.stack([mode.family.samples[i] @ mode.psi for mode in found], axis=-1)
+                np.stack([_on_surface(mode.family.samples[i], mode) for mode in found], axis=-1)
                 for i in range(len(moments.surface))
             ]
         ),
@@ -219,7 +221,6 @@ class _Mode(NamedTuple):
     b: int
     kappa: float
     mu: float
-    wall_friction: float
     coupling: Array
     psi: Array
 
@@ -249,12 +250,16 @@ class _Family:
         self.shift = shift
         theta, self.vectors = eigh(functions.mass, functions.stiffness + shift * functions.mass)
         self.theta: Array = np.maximum(theta, np.finfo(float).eps * theta[-1])
-        # piece by piece of the free surface, from the left
-        self.samples = [
-            functions.at_surface(np.linspace(left, right, _SAMPLES))
-            for left, right in moments.surface
-        ]
+        self._moments = moments
         self._root: Array = self.vectors.T @ functions.surface_root
+
+    @cached_property
+    def samples(self) -> list[Array]:
+        """The functions on the free surface, piece by piece from the left."""
+        return [
+            self.functions.at_surface(_dense_at_ends(left, right))
+            for left, right in self._moments.surface
+        ]
 
     @property
     def alpha(self) -> Array:
@@ -293,7 +298,7 @@ class _Family:
 
 
 def _modes(family: _Family, a: int, length: float) -> list[_Mode]:
-    """All modes with `a` half-waves along the tank, and psi among the functions."""
+    """All modes with `a` half-waves along the tank, scaled as they are solved for."""
     k, f = a * np.pi / length, family.functions
     kappa, psi = family.steklov(k)
     coupling = np.zeros((6, len(kappa)))
@@ -304,24 +309,38 @@ def _modes(family: _Family, a: int, length: float) -> list[_Mode]:
         coupling[0] = -2.0 / k**2 * f.surface_one @ psi
         coupling[4] = 2.0 / kappa * ((f.d_dz / k**2 - f.z) @ psi)
         coupling[5] = 2.0 / kappa * ((f.y - f.d_dy / k**2) @ psi)
-    # integrals of sin^2 and cos^2 kx
-    sin2, cos2 = (length / 2.0, length / 2.0) if a else (0.0, length)
-    mu = cos2 / kappa  # eq (10)
-
-    # half the wall over the volume integral of |grad phi|^2: along the wall, and both ends
-    along_wall = k**2 * sin2 * _energies(f.wall_mass, psi)
-    along_wall += cos2 * _energies(f.wall_stiffness, psi)
-    ends = 2.0 * _energies(f.stiffness, psi)
-    friction = (along_wall + ends) / (2.0 * kappa * cos2)
-
-    pieces = [samples @ psi for samples in family.samples]
-    scale = _signs(np.concatenate(pieces)) / np.max([peaks(piece) for piece in pieces], axis=0)
+    mu = _squares(a, length)[1] / kappa  # eq (10)
     step = 1 if f.parity == Parity.NONE else 2
     first = int(f.parity == Parity.ODD) + step * (a == 0 and f.has_constant)
-    columns = zip(
-        kappa, mu * scale**2, friction, (coupling * scale).T, (psi * scale).T, strict=True
-    )
+    columns = zip(kappa, mu, coupling.T, psi.T, strict=True)
     return [_Mode(family, a, first + step * n, *column) for n, column in enumerate(columns)]
+
+
+def _squares(a: int, length: float) -> tuple[float, float]:
+    """Integrals of sin^2 and cos^2 kx along the tank."""
+    return (length / 2.0, length / 2.0) if a else (0.0, length)
+
+
+def _wall_friction(mode: _Mode, length: float) -> float:
+    """Half the wall's integral of |grad phi|^2 over the volume's [1/m]."""
+    f, psi, kappa, k = mode.family.functions, mode.psi, mode.kappa, mode.a * np.pi / length
+    sin2, cos2 = _squares(mode.a, length)
+    # along the wall, and both ends
+    along_wall = k**2 * sin2 * (psi @ f.wall_mass @ psi) + cos2 * (psi @ f.wall_stiffness @ psi)
+    ends = 2.0 * (psi @ f.stiffness @ psi)
+    return float((along_wall + ends) / (2.0 * kappa**2 * mode.mu))
+
+
+def _scaled(mode: _Mode) -> _Mode:
+    """Scale a mode to max |f| = 1, the leftmost crest or trough a crest."""
+    pieces = [_on_surface(samples, mode) for samples in mode.family.samples]
+    highest = max(peaks(piece[:, np.newaxis])[0] for piece in pieces)
+    scale = _sign(np.concatenate(pieces)) / highest
+    return mode._replace(
+        mu=mode.mu * scale**2,
+        coupling=mode.coupling * scale,
+        psi=mode.psi * scale,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,20 +364,23 @@ class _Potentials:
 
     def modes(self, points: Array) -> Array:
         """Potentials phi_j of the modes, shape (p, n) [-]."""
-        values = [family.functions.at(points[:, 1:]) for family in self.families]
-        return self._along(points, values)
+        values = {family: family.functions.at(points[:, 1:]) for family in self.families}
+        psi = [values[mode.family] @ mode.psi for mode in self.found]
+        return self._along(points, psi)
 
     def surface(self, points: Array) -> Array:
         """Shapes f_j of the modes at points x, y of the free surface, shape (p, n) [-]."""
-        values = [family.functions.at_surface(points[:, 1]) for family in self.families]
-        return self._along(points, values)
+        y, which = np.unique(points[:, 1], return_inverse=True)
+        values = {family: family.functions.at_surface(y) for family in self.families}
+        return self._along(
+            points, [_on_surface(values[mode.family], mode)[which] for mode in self.found]
+        )
 
-    def _along(self, points: Array, values: Sequence[Array]) -> Array:
-        """Waves along the tank times psi, of the values of each family's functions."""
-        across = dict(zip(self.families, values, strict=True))
-        psi = np.stack([across[mode.family] @ mode.psi for mode in self.found], axis=-1)
+    def _along(self, points: Array, psi: Sequence[Array]) -> Array:
+        """Waves along the tank, of what each mode is across it at the points."""
         k = np.pi / self.length * np.array([mode.a for mode in self.found])
-        return np.asarray(np.cos(np.outer(points[:, 0] + self.length / 2.0, k)) * psi)
+        along = np.cos(np.outer(points[:, 0] + self.length / 2.0, k))
+        return along * np.reshape(psi, along.T.shape).T
 
     def stokes_joukowski(self, points: Array) -> Array:
         """Potentials Omega_4, Omega_5, Omega_6 of rotation, shape (p, 3) [m^2]."""
@@ -412,16 +434,28 @@ class _Closed:
         return np.asarray(omega + np.cross(self.place, points))
 
 
-def _energies(form: Array, columns: Array) -> Array:
-    """Value of a quadratic form for each column."""
-    return np.asarray(np.einsum('ij,ij->j', form @ columns, columns))
+def _dense_at_ends(left: float, right: float) -> Array:
+    """
+    Places on an interval among which crests are sought, shape (p,).
+
+    Just above a corner of the wall the highest wave may be as near to the end as the corner is.
+    In the angle of which the places are cosines, waves bend smoothly and are even about both ends.
+    """
+    angle = np.linspace(0.0, np.pi, _SAMPLES)
+    places = (left + right) / 2.0 - (right - left) / 2.0 * np.cos(angle)
+    places[-1] = right  # without rounding
+    return np.asarray(places)
 
 
-def _signs(samples: Array) -> Array:
-    """Sign that makes the leftmost crest or trough of each column a crest."""
+def _on_surface(samples: Array, mode: _Mode) -> Array:
+    """Shape of a mode, of values of its family's functions on the free surface."""
+    return np.asarray(samples @ mode.psi[: samples.shape[1]])
+
+
+def _sign(samples: Array) -> float:
+    """Sign that makes the leftmost crest or trough a crest."""
     modulus = np.abs(samples)
-    first = np.argmax(modulus >= _LEFTMOST_CREST * modulus.max(axis=0), axis=0)
-    return np.asarray(np.sign(samples[first, np.arange(samples.shape[1])]))
+    return float(np.sign(samples[np.argmax(modulus >= _LEFTMOST_CREST * modulus.max())]))
 
 
 def _stokes_joukowski(

@@ -39,7 +39,8 @@ class SectionFunctions:
     surface_one, surface_y : array, shape (n,)
         Integrals over the free surface of v and y v.
     at_surface : callable
-        Values at places y of the free surface: array, shape (p,), to array, shape (p, n).
+        Values of the first m of them at places y of the free surface, where the others vanish:
+        array, shape (p,), to array, shape (p, m).
     at : callable
         Values at points y, z of the liquid: array, shape (p, 2), to array, shape (p, n).
     """

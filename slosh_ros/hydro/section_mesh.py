@@ -14,7 +14,6 @@ distance; that is along rho, and there the knots are dense.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -134,9 +133,7 @@ class HalfSection:
             return values * np.sign(y)[:, np.newaxis] if is_odd else values
 
         def on_surface(y: Array) -> Array:
-            values = np.zeros((len(y), len(among)))
-            values[:, : len(at_surface)] = self.surface(1.0 - np.abs(y) / half_width)
-            return mirrored(values[:, among], y)
+            return mirrored(self.surface(1.0 - np.abs(y) / half_width)[:, at_surface], y)
 
         def anywhere(points: Array) -> Array:
             half = np.stack([np.abs(points[:, 0]), points[:, 1]], axis=-1)
@@ -206,7 +203,7 @@ def _upwards(f: SectionFunctions, is_odd: bool) -> SectionFunctions:
         surface_root=np.zeros((len(nothing), 0)),
         surface_one=nothing,
         surface_y=nothing,
-        at_surface=lambda y: np.zeros((len(y), len(nothing))),
+        at_surface=lambda y: np.zeros((len(y), 0)),
         at=anywhere,
     )
 
@@ -368,11 +365,15 @@ class HalfMesh:
         fan = Fan(
             _control_net(section, depth, along), along, _splines(_UNIT, resolution.fan_degree)
         )
-        t, t_weight = _gauss(_UNIT, resolution.fan_degree + 2)
-        spans = []
-        for begin, end in itertools.pairwise(breaks):
-            rho, rho_weight = _gauss(np.array([begin, end]), resolution.degree)
-            spans.append(_sampled(fan, rho, rho_weight, t, t_weight))
+        x, weight = np.polynomial.legendre.leggauss(resolution.degree)
+        half = np.diff(breaks)[:, np.newaxis] / 2.0
+        rho = (breaks[:-1, np.newaxis] + half * (1.0 + x)).ravel()
+        splines = [along(rho, i).reshape(len(half), len(x), -1) for i in (0, 1)]
+        products = _Products.of(fan, resolution.fan_degree + 2)
+        spans = [
+            _sampled(fan, products, *span)
+            for span in zip(rho.reshape(half.shape[0], -1), half * weight, *splines, strict=True)
+        ]
         if min(float(span.weight.min()) for span in spans) <= 0.0:
             raise InputError(
                 'the wall of the section turns back under or over the free surface; '
@@ -401,43 +402,78 @@ class HalfMesh:
         return total
 
 
-def _sampled(fan: Fan, rho: Array, rho_weight: Array, t: Array, t_weight: Array) -> Samples:
-    """Functions on one span; where the map folds over, some weight is not positive."""
-    among = np.flatnonzero(fan.along(rho).any(axis=0))
-    blend = _splines(_UNIT, len(fan.net) - 1)
+class _Products(NamedTuple):
+    """
+    What the products are made of along t, at Gauss points: values and derivatives.
 
-    def products(t: Array, i: int, j: int) -> Array:
-        splines = fan.along(rho, i)
-        product = np.einsum('ri,qj->rqij', splines[:, among], fan.across(t, j))
-        product = product.reshape(-1, *product.shape[2:])
-        return _joined(product) if among[0] == 0 else product.reshape(len(product), -1)
+    Attributes
+    ----------
+    t_weight : array, shape (q,)
+    across, blend : tuple of two arrays, shape (q, f) and (q, 4)
+        Of the functions, and of the rays.
+    """
+
+    t_weight: Array
+    across: tuple[Array, Array]
+    blend: tuple[Array, Array]
+
+    @classmethod
+    def of(cls, fan: Fan, order: int) -> _Products:
+        t, t_weight = _gauss(_UNIT, order)
+        bernstein = _splines(_UNIT, len(fan.net) - 1)
+        return cls(t_weight, (fan.across(t), fan.across(t, 1)), (bernstein(t), bernstein(t, 1)))
+
+
+def _sampled(
+    fan: Fan,
+    products: _Products,
+    rho: Array,
+    rho_weight: Array,
+    splines: Array,
+    slopes: Array,
+) -> Samples:
+    """
+    Functions on one span, of all splines in rho and their slopes, shape (r, m).
+
+    Where the map folds over, some weight is not positive.
+    """
+    among = np.flatnonzero(splines.any(axis=0))
+    starts = among[0] == 0
+    own = splines[:, among], slopes[:, among]
+
+    def product(i: int, across: Array) -> Array:
+        values = np.einsum('ri,qj->rqij', own[i], across)
+        values = values.reshape(-1, *values.shape[2:])
+        return _joined(values) if starts else values.reshape(len(values), -1)
 
     # the map P and the functions, each with its derivatives by rho and by t
+    rays = [np.einsum('kdi,ri->kdr', fan.net[..., among], values) for values in own]
     orders = ((0, 0), (1, 0), (0, 1))
     (y, z), (y_rho, z_rho), (y_t, z_t) = (
-        np.einsum('kdi,ri,tk->drt', fan.net, fan.along(rho, i), blend(t, j)).reshape(2, -1, 1)
-        for i, j in orders
+        np.einsum('kdr,tk->drt', rays[i], products.blend[j]).reshape(2, -1, 1) for i, j in orders
     )
-    v, v_rho, v_t = (products(t, i, j) for i, j in orders)
+    v, v_rho, v_t = (product(i, products.across[j]) for i, j in orders)
     jacobian = y_rho * z_t - z_rho * y_t
     safe = np.where(jacobian > 0.0, jacobian, 1.0)
     # arc length per rho, on the last ray
-    speed = np.hypot(*np.einsum('di,ri->dr', fan.net[-1], fan.along(rho, 1)))
+    speed = np.hypot(*rays[1][-1])
+    # at the ends of t, the surface and the wall, one function of t is 1, the others vanish
+    first, last = np.eye(products.across[0].shape[1])[[0, -1], np.newaxis]
     return Samples(
         which=_numbers(among, fan),
         y=y[:, 0],
         z=z[:, 0],
-        weight=(np.outer(rho_weight, t_weight).reshape(-1, 1) * jacobian)[:, 0],
+        weight=(np.outer(rho_weight, products.t_weight).reshape(-1, 1) * jacobian)[:, 0],
         v=v,
         v_y=(z_t * v_rho - z_rho * v_t) / safe,
         v_z=(y_rho * v_t - y_t * v_rho) / safe,
-        wall_y=fan.along(rho) @ fan.net[-1, 0],
+        wall_y=rays[0][-1, 0],
         wall_weight=rho_weight * speed,
-        wall=products(_UNIT[1:], 0, 0),
-        along_wall=products(_UNIT[1:], 1, 0) / speed[:, np.newaxis],
+        wall=product(0, last),
+        along_wall=product(1, last) / speed[:, np.newaxis],
         surface_y=fan.radius * (1.0 - rho),
         surface_weight=fan.radius * rho_weight,
-        surface=products(_UNIT[:1], 0, 0),
+        surface=product(0, first),
     )
 
 

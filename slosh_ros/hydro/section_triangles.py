@@ -36,9 +36,13 @@ _SIDES = ((0, 1), (1, 2), (0, 2))  # corners of each side of a triangle
 
 _GROWTH = 0.6  # of the triangles' size with the depth below the free surface
 _CUT = 0.2  # ratio of sizes of triangles from one layer around a corner to the next
-# Fall of the degree from a size of triangles to half that size; around sharp corners it is slower.
-_SLOPE, _SLOPE_SHARP = 0.9, 0.5
-_LEAST_DEGREE = 2
+# Fall of the degree from a size of triangles to half that size. It is slower around sharp corners,
+# and around the ends of the surface: there the highest wave is read off, which is no energy, so
+# that its error is not squared.
+_SLOPE, _SLOPE_AT_ENDS, _SLOPE_SHARP = 0.9, 0.7, 0.5
+_AT_ENDS = 1e-4  # share of the error left to a corner that is left to one near an end
+_NEAR_END = 0.1  # [half-waves]
+_LEAST_DEGREE = 3
 _REGULAR = 3.0  # exponent of a corner that needs no layers
 _SHARP_EXPONENT, _SHARP_STRENGTH = 1.05, 0.1  # at most, at least: of a corner that juts in
 _LOADS = 12  # polynomials on each piece of the free surface, and two for each half-wave
@@ -268,32 +272,52 @@ def _mesh(
 
     points, triangles = triangulate(outline, size)
     exponent, strength = _singularities(outline, is_half)
-    layers = _layers(exponent, strength, points, triangles, at_surface, resolution)
+    ends = outline[_surface_ends(outline) & ~_on_axis(outline, is_half)]
+    error = (
+        np.where(_nearest(outline, ends) < _NEAR_END * at_surface, _AT_ENDS, 1.0)
+        * resolution.corner
+    )
+    layers = _layers(exponent, strength, points, triangles, at_surface, error)
     points, triangles = _layered(points, triangles, layers)
     triangles = np.sort(triangles, axis=1)
     corners = points[triangles]
     longest = np.max([np.hypot(*(corners[:, a] - corners[:, b]).T) for a, b in _SIDES], axis=0)
     middle = corners.mean(axis=1)
     sharp = outline[(exponent < _SHARP_EXPONENT) & (strength > _SHARP_STRENGTH)]
-    away = np.hypot(*(middle[:, np.newaxis] - sharp).transpose(2, 0, 1)).min(
-        axis=1, initial=np.inf
-    )
-    slope = np.where(away < size(middle), _SLOPE_SHARP, _SLOPE)
+    slope = np.full(len(middle), _SLOPE)
+    for places, there in ((ends, _SLOPE_AT_ENDS), (sharp, _SLOPE_SHARP)):
+        slope[_nearest(middle, places) < size(middle)] = there
     degrees = resolution.degree + slope * np.log2(longest / size(middle))
     degrees = np.clip(np.ceil(degrees), _LEAST_DEGREE, resolution.degree).astype(np.intp)
     return _numbered(points, triangles, is_half, degrees, resolution.degree)
 
 
+def _on_axis(outline: Array, is_half: bool) -> NDArray[np.bool_]:
+    """Tell which corners are on the symmetry plane."""
+    return np.asarray(is_half & (outline[:, 0] == 0.0))
+
+
+def _surface_ends(outline: Array) -> NDArray[np.bool_]:
+    """Tell which corners are ends of the free surface, or of one of its pieces."""
+    before, after = (np.roll(outline[:, 1] == 0.0, i) for i in (1, -1))
+    return np.asarray((outline[:, 1] == 0.0) & (before != after))
+
+
+def _nearest(points: Array, places: Array) -> Array:
+    """Distance of points from the nearest of some places, shape (p,)."""
+    away = np.hypot(*(points[:, np.newaxis] - places).transpose(2, 0, 1))
+    return np.asarray(away.min(axis=1, initial=np.inf))
+
+
 def _singularities(outline: Array, is_half: bool) -> tuple[Array, Array]:
     """Exponents of the distance at the corners, and how strong each such term may be, 0 to 1."""
-    on_axis = is_half & (outline[:, 0] == 0.0)
+    on_axis = _on_axis(outline, is_half)
     angles = np.where(on_axis, 2.0, 1.0) * corner_angles(outline)  # of the whole section
-    before = np.roll(outline, 1, axis=0)
-    after = np.roll(outline, -1, axis=0)
-    contact = (outline[:, 1] == 0.0) & ((before[:, 1] == 0.0) != (after[:, 1] == 0.0)) & ~on_axis
     exponent = np.pi / angles
     # of r^exponent: of a wall that is nearly straight, little; of r^2, a polynomial, nothing
-    strength = np.where(contact, 1.0, np.minimum(np.abs(angles / np.pi - 1.0), 1.0))
+    strength = np.where(
+        _surface_ends(outline) & ~on_axis, 1.0, np.minimum(np.abs(angles / np.pi - 1.0), 1.0)
+    )
     strength[np.isclose(exponent, 2.0, rtol=0.0, atol=1e-6)] = 0.0
     strength[exponent > _REGULAR] = 0.0
     return exponent, strength
@@ -305,7 +329,7 @@ def _layers(
     points: Array,
     triangles: Indices,
     half_wave: float,
-    resolution: TriangleResolution,
+    error: Array,
 ) -> NDArray[np.intp]:
     """How many layers of triangles each corner, first of the points, needs."""
     scale = min(half_wave, float(np.sqrt(np.ptp(points, axis=0).prod())))
@@ -314,7 +338,7 @@ def _layers(
         around = points[np.setdiff1d(triangles[np.any(triangles == i, axis=1)], [i])]
         near = min(1.0, float(np.hypot(*(around - points[i]).T).max()) / scale)
         # strength^2 (near cut^n)^(2 exponent) is left of the energy
-        left = np.log(resolution.corner / strength[i] ** 2) / (2.0 * exponent[i]) - np.log(near)
+        left = np.log(error[i] / strength[i] ** 2) / (2.0 * exponent[i]) - np.log(near)
         layers[i] = max(0, int(np.ceil(left / np.log(_CUT))))
     return layers
 

@@ -14,6 +14,8 @@ from slosh_ros.tank.section import Array, Section, SectionMoments
 
 # Lengths are compared to this share of the section's size: it is rounding, or makes no difference.
 ROUNDING = 1e-9
+# A level that is no higher above a corner is at it: smaller details are beyond any triangulation.
+_LEVEL = 3e-7  # [sizes of the section]
 _PINHOLE = 1e-5  # [widths of the section] a narrower surface is none
 
 
@@ -101,7 +103,7 @@ class Polygon(Section):
             counter-clockwise [m]. A piece of the free surface is an edge with z = 0 exactly.
         """
         level = depth - self.bounding_box[1] / 2.0
-        return below(self.corners - [0.0, level], ROUNDING * max(self.bounding_box))
+        return below(self.corners - [0.0, level], _LEVEL * max(self.bounding_box))
 
     def moments(self, depth: float) -> SectionMoments:
         """Area moments by Green's theorem, edge by edge."""

@@ -24,8 +24,11 @@ Indices = NDArray[np.intp]
 _THIN = 1.5  # circumradius over the shortest side: smallest angle of 19 degrees
 _ACUTE = np.radians(60.5)
 _LARGE = 1.3  # [target sizes] side of the regular triangle with the same circumcircle
-_MOST = 4000  # triangles; beyond, the section has details far too small
+# Beyond so many triangles, or rounds, the section has details far too small: those that are one
+# point to the triangulation would be halved for ever.
+_MOST, _ROUNDS = 4000, 300
 _ROUNDING = 1e-9
+_FLAT = 1e-13  # [largest extent of the outline] height of a triangle that is none
 
 
 def triangulate(
@@ -63,18 +66,19 @@ def triangulate(
         if not split.any():
             return mesh.points, triangles
         mesh.split(split)
-    while True:
+    for _ in range(_ROUNDS):
         triangles = mesh.triangles()
-        if len(triangles) > _MOST:
-            raise InputError(
-                f'the liquid has details as small as {mesh.shortest():.2g} m, too small to be '
-                'computed; leave them out or change the fill'
-            )
+        if max(len(triangles), len(mesh.segments)) > _MOST:
+            break
         split = mesh.unfit_segments(triangles, size)
         if split.any():
             mesh.split(split)
         elif not mesh.improve(triangles, size):
             return mesh.points, triangles
+    raise InputError(
+        f'the liquid has details as small as {mesh.shortest():.2g} m, too small to be computed; '
+        'leave them out or change the fill'
+    )
 
 
 class _Mesh:
@@ -100,9 +104,11 @@ class _Mesh:
         self._outlines = outlines
         self._acute = np.concatenate([corner_angles(outline) for outline in outlines]) < _ACUTE
         self._span = float(np.ptp(outlines[0], axis=0).max())
-        # around it, so that no edge of the outline is one of the convex hull
-        away = 20.0 * self._span * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
-        self._frame = outlines[0].mean(axis=0) + away
+        # around it, so that no edge of the outline is one of the convex hull; but not far away:
+        # what is smaller than some 1e-7 of the whole is beyond the digits of Delaunay's paraboloid
+        away = self._span * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
+        self._middle = outlines[0].mean(axis=0)
+        self._frame = self._middle + away
 
     def shortest(self) -> float:
         """Length of the shortest segment."""
@@ -110,15 +116,16 @@ class _Mesh:
 
     def triangles(self) -> Indices:
         """Delaunay triangles within the outline, counter-clockwise."""
-        found: Indices = scipy.spatial.Delaunay(
-            np.vstack([self.points, self._frame])
-        ).simplices.astype(np.intp)
+        every = np.vstack([self.points, self._frame]) - self._middle
+        found: Indices = scipy.spatial.Delaunay(every).simplices.astype(np.intp)
         found = found[np.all(found < len(self.points), axis=1)]
         found = found[inside(self._outlines, self.points[found].mean(axis=1))]
-        area = _double_areas(self.points[found])
+        corners = self.points[found]
+        area = _double_areas(corners)
         found[area < 0.0] = found[area < 0.0, ::-1]
-        # corners on one edge may make up triangles without area
-        return np.asarray(found[np.abs(area) > _ROUNDING**1.5 * self._span**2])
+        # corners on one edge may make up triangles without height
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        return np.asarray(found[np.abs(area) > _FLAT * self._span * longest])
 
     def missing_segments(self, triangles: Indices) -> NDArray[np.bool_]:
         """Tell which segments are not sides of triangles."""
