@@ -19,7 +19,7 @@ from rich.table import Table
 from slosh_ros.engine import SloshConfig
 from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.hydro.section_mesh import Resolution
+from slosh_ros.hydro.section_mesh import DEFAULT, Resolution
 from slosh_ros.hydro.section_triangles import TriangleResolution
 from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.tank import (
@@ -141,6 +141,13 @@ CASES = (
 )
 PIPE = cylinder_x(1.1, 6.0)
 SIZES = (1000, 4000, 16000, 64000)  # triangles
+SECTIONS = (
+    Resolution(4, 4, 5),
+    Resolution(5, 4, 6),
+    Resolution(6, 4, 6),
+    Resolution(8, 5, 8),
+    DEFAULT,
+)
 
 
 def _timed(solve: Callable[[float], ModalCoefficients], fill: float) -> float:
@@ -149,45 +156,66 @@ def _timed(solve: Callable[[float], ModalCoefficients], fill: float) -> float:
     return time.perf_counter() - began
 
 
-def growth(console: Console) -> None:
-    """Print time and error of any surface by its size, and of the section route for the pipe."""
+def growth(console: Console) -> list[dict[str, object]]:
+    """
+    Print and return time and error of any surface by its size, against the section route.
+
+    The section route is given the coarsest functions that are as accurate as the surface was.
+    """
     depth, pipe = PIPE.depth(0.5), _Pipe(PIPE)
     exact = section_coefficients(PIPE, depth, DENSITY, MODES, FINE_SPLINES)
-    table = Table('pipe, half full', 'triangles', 'best [s]', 'error in omega', 'estimated')
+    table = Table(
+        'pipe, half full', 'size', 'first [s]', 'best [s]', 'error in omega', 'estimated'
+    )
+    rows: list[dict[str, object]] = []
 
-    def row(name: str, size: str, solve: Callable[[], ModalCoefficients]) -> tuple[float, float]:
-        best = min(_timed(lambda _: solve(), 0.5) for _ in range(REPEATS))
-        found = solve()
+    def row(
+        name: str, size: int | str, solve: Callable[[], ModalCoefficients]
+    ) -> tuple[float, float]:
+        first, *others = (_timed(lambda _: solve(), 0.5) for _ in range(1 + REPEATS))
+        best, found = min(others), solve()
         error = float(np.abs(found.omega / exact.omega - 1.0).max())
         estimate = '' if found.error is None else f'{found.error:.0e}'
-        table.add_row(name, size, f'{best:.3f}', f'{error:.0e}', estimate)
+        table.add_row(name, f'{size}', f'{first:.3f}', f'{best:.4f}', f'{error:.0e}', estimate)
+        rows.append({
+            'case': f'growth: {name}', 'size': size, 'modes': MODES, 'first_s': first,
+            'best_s': best, 'omega_error': error, 'estimated_error': found.error,
+        })  # fmt: skip
         return best, error
 
-    cost = {
+    surfaces = {
         size: row(
-            'any surface', f'{size}',
+            'any surface, triangles', size,
             lambda size=size: volume_coefficients(
                 pipe, depth, DENSITY, MODES, VolumeResolution(triangles=size)
             ),
         )
         for size in SIZES
     }  # fmt: skip
-    quick, error = row(
-        'section',
-        '',
-        lambda: section_coefficients(PIPE, depth, DENSITY, MODES, Resolution(6, 4, 6)),
-    )
-    row('section, default', '', lambda: section_coefficients(PIPE, depth, DENSITY, MODES))
-    console.print(table)
-    for size, (time_taken, other) in cost.items():
-        console.print(
-            f'{size} triangles, error {other:.0e}: {time_taken / quick:.0f} times the time of the '
-            f'section route with an error of {error:.0e}'
+    sections = [
+        row(
+            'section, spans x degrees', f'{r.spans} x {r.degree} x {r.fan_degree}',
+            lambda r=r: section_coefficients(PIPE, depth, DENSITY, MODES, r),
         )
+        for r in SECTIONS
+    ]  # fmt: skip
+    console.print(table)
+    times = [best for best, _ in surfaces.values()]
+    exponent = float(np.polyfit(np.log(SIZES), np.log(times), 1)[0])
+    console.print(f'the time of any surface grows with its triangles to the power {exponent:.2f}')
+    rows.append({'case': 'growth: exponent over triangles', 'exponent': exponent})
+    for size, (best, error) in surfaces.items():
+        equal = min(time for time, other in sections if other <= error)
+        console.print(
+            f'{size} triangles, error {error:.0e}: {best / equal:.0f} times the time of the '
+            'section route of no greater error'
+        )
+        rows.append({'case': 'growth: over section', 'size': size, 'ratio': best / equal})
+    return rows
 
 
 def main() -> list[dict[str, object]]:
-    """Print and return the first and best time of every case, and its largest error in omega."""
+    """Print and return first (cold) and best times of every case, and its error in omega."""
     rows: list[dict[str, object]] = []
     table = Table('route and tank', 'fill', 'modes', 'first [s]', 'best [s]', 'error in omega')
     for case in CASES:
@@ -206,8 +234,7 @@ def main() -> list[dict[str, object]]:
             })  # fmt: skip
     console = Console(width=100)
     console.print(table)
-    growth(console)
-    return rows
+    return rows + growth(console)
 
 
 if __name__ == '__main__':
