@@ -21,8 +21,9 @@ KIND := $(or $(ROS_DISTRO),wheels)
 STAMP := .venv/.complete-$(KIND)-$(subst /,_,$(PYTHON))
 OLDEST := .venv-oldest/.complete
 MAKE_VENV := requirements/make_venv.sh
-# Files of tests on all cores, each worker with a ROS domain of its own (test/conftest.py).
-SHARED_OUT := -n logical --dist loadfile
+# Files of tests on all cores, each worker with a ROS domain of its own (test/conftest.py). Half as
+# many workers again as there are cores: nodes wait for each other most of the time.
+SHARED_OUT := -n $(shell echo $$(($$(getconf _NPROCESSORS_ONLN) * 3 / 2))) --dist loadfile
 
 .PHONY: help venv demo test lint format bench soak docs colcon test-oldest bags clean
 

@@ -22,6 +22,8 @@ from slosh_ros.hydro.frequency import total_added_mass
 from slosh_ros.modal.validity import surface_room
 from slosh_ros.tank import ellipse_x, rectangular
 
+pytestmark = pytest.mark.dear
+
 SHIPPED = REPOSITORY / 'config' / 'added_mass.yaml'
 BY_SHAPE = ellipse_x(2.4, 1.8, 5.75)  # what elliptical_tank.1 is of
 

@@ -201,6 +201,7 @@ def shortened(folder: Path, name: str, seconds: float) -> Path:
     return file
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize('name', ['paper_brake_bump', 'step_steer'])
 def test_gif_of_a_scenario_moves_at_the_pace_of_the_drive(tmp_path, name):
     out = tmp_path / 'drive.gif'
@@ -219,6 +220,7 @@ def test_gif_of_a_scenario_moves_at_the_pace_of_the_drive(tmp_path, name):
         assert np.mean(np.any(seen[one] != seen[other], axis=-1)) > 0.005
 
 
+@pytest.mark.dear
 def test_gif_of_a_solid_cargo_shows_a_level_surface(tmp_path):
     file = shortened(tmp_path, 'step_steer', 1.0)
     file.write_text(file.read_text().replace('cargo: liquid ', 'cargo: solid '))
@@ -257,6 +259,7 @@ def test_a_long_drive_is_shown_faster_but_not_faster_than_its_waves(
         assert len(frames) <= 401 or pace * FRAME < period / 8.0 < (pace + 1) * FRAME
 
 
+@pytest.mark.dear
 def test_mp4_is_written_by_ffmpeg(tmp_path, monkeypatch):
     binary = pytest.importorskip('imageio_ffmpeg', reason='brings an ffmpeg').get_ffmpeg_exe()
     (tmp_path / 'bin').mkdir()

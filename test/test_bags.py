@@ -328,6 +328,7 @@ def test_highway_longitudinal_force_is_acceleration_plus_grade() -> None:
     assert result.a_x.rms < 0.1 * result.a_x_no_grade.rms
 
 
+@pytest.mark.dear
 @needs_source
 def test_making_the_bags_again_gives_the_same_messages(tmp_path: Path) -> None:
     assert make_bags.make_bags(SOURCE, tmp_path / 'first') == COUNTS

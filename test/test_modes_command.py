@@ -68,6 +68,7 @@ def test_picture_of_the_surface_shapes(tmp_path, name):
     assert picture.stat().st_size > 30_000
 
 
+@pytest.mark.dear
 def test_every_shipped_configuration_is_good():
     files = sorted((REPOSITORY / 'config').rglob('*.yaml'))
     if find_spec('trimesh') is None:  # an extra

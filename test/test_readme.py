@@ -13,6 +13,8 @@ import slosh_ros.engine
 import slosh_ros.monitor
 import slosh_ros.vehicle.rollover
 
+pytestmark = pytest.mark.dear
+
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
 BLOCKS = re.findall(r'^```console\n(.*?)^```', README, re.DOTALL | re.MULTILINE)
 MANUAL = [path.read_text(encoding='utf-8') for path in sorted(REPOSITORY.glob('docs/*/*.md'))]

@@ -481,6 +481,7 @@ def test_check_knows_the_vehicle_file():
 # ---- a recorded drive
 
 
+@pytest.mark.dear
 def test_recorded_drive_is_judged(tmp_path):
     """A half-full tanker on the highway: never near rolling over; only its liquid is restless."""
     out, bag, plain = (tmp_path / name for name in ('loads.csv', 'loads.mcap', 'plain.csv'))

@@ -24,6 +24,8 @@ from slosh_ros.vehicle.stability import rigid_threshold, steady_turn
 from slosh_ros.vehicle.steering import SineSteering, SteeringKnots
 from slosh_ros.vehicle.truck import Truck
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 TRUCK = GeneralTruck()
