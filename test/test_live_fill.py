@@ -15,11 +15,10 @@ from typer.testing import CliRunner
 
 from slosh_ros.cli import app
 from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine
-from slosh_ros.engine.fill import LiveFill
 from slosh_ros.engine.kinematics import Pose
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import coefficients_of
-from slosh_ros.tank import cylinder_x, rectangular
+from slosh_ros.tank import rectangular
 
 Array = NDArray[np.float64]
 
@@ -438,17 +437,6 @@ def test_a_sphere_is_filled_and_drained() -> None:
             np.testing.assert_allclose(
                 loads.total, expected, rtol=0.0, atol=1e-4 * np.abs(expected).max()
             )
-
-
-def test_a_tank_that_takes_seconds_for_every_fill_says_so() -> None:
-    given = {k: v for k, v in PIPE.items() if not k.startswith('pressure')}
-    heads = SloshConfig.from_parameters(given | {'tank.head_depth': 0.3, 'tank.fill_ratio': 1.0})
-    fill = LiveFill(heads.tanks[0], coefficients_of(cylinder_x(1.2, 4.0), 2.4, 1000.0, 2))
-    assert not fill.changeable
-    with pytest.raises(
-        InputError, match=r'fill of tank cannot change while it runs: .* cylinder_x'
-    ):
-        fill.at(0.5)
 
 
 # --- slosh modes --fill A:B:N --------------------------------------------------------------------

@@ -51,12 +51,6 @@ TANKS = """/**:
     rear: {xyz: [-3.0, 0.0, 1.0], shape: cylinder_x, radius: 0.8, length: 3.0, fill_ratio: 0.5,
            modes: 2}
 """
-HEADS = """/**:
-  ros__parameters:
-    tanks: [heads, box]
-    heads: {shape: cylinder_x, radius: 0.8, length: 3.0, head_depth: 0.3, fill_ratio: 0.0}
-    box: {shape: rectangular, length: 4.0, width: 2.0, height: 1.5, fill_ratio: 0.5, modes: 4}
-"""
 SPHERE = """/**:
   ros__parameters:
     tank: {shape: sphere, radius: 0.9, fill_ratio: 0.5, modes: 8}
@@ -187,36 +181,6 @@ def test_bad_fills_are_refused_in_words_and_change_nothing(tmp_path: Path):
         _, again = driver.exchange(imu(START + 10 * STEP))
         assert wrench_of(again) == wrench_of(total)
         assert diagnostics(driver)['tank.fill_ratio'] == '0.5000'
-
-
-def test_the_parameter_of_a_tank_that_can_only_have_one_fill_is_refused(tmp_path: Path):
-    """It must not tell a fill that is not there."""
-    file = tmp_path / 'tank.yaml'
-    file.write_text(HEADS)
-    with (
-        NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(file)) as node,
-        Driver() as driver,
-    ):
-        node.wait_for('ready')
-        for name, successful in (('heads', False), ('box', True), ('heads', False)):
-            parameter = Parameter(f'{name}.fill_ratio', value=0.4).to_parameter_msg()
-            (result,) = call(
-                driver, SetParameters, 'slosh_node/set_parameters',
-                SetParameters.Request(parameters=[parameter]),
-            ).results  # fmt: skip
-            assert result.successful == successful
-            assert successful or 'fill of heads cannot change while it runs' in result.reason
-        driver.wait_for_node()
-        fills = Fills(driver, 'slosh_node/heads/fill')
-        fills.fill(0.4)
-        node.wait_for('fill of heads cannot change')
-        _, total = driver.exchange(imu(START))
-        assert wrench_of(total)[2] == pytest.approx(-0.4 * 4.0 * 2.0 * 1.5 * 1000.0 * 9.81)
-        told = call(
-            driver, GetParameters, 'slosh_node/get_parameters',
-            GetParameters.Request(names=['heads.fill_ratio', 'box.fill_ratio']),
-        ).values  # fmt: skip
-        assert [value.double_value for value in told] == [0.0, 0.4]
 
 
 def test_each_tank_has_its_own_fill_and_samples_go_on_while_one_is_computed(tmp_path: Path):

@@ -21,8 +21,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,16 +33,21 @@ from slosh_ros.engine.config import TankConfig
 from slosh_ros.engine.model import TankModel
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
-from slosh_ros.hydro.fill_table import FILL_RANGE, FillTable, still
-from slosh_ros.hydro.table_cache import known_table
+from slosh_ros.hydro.fill_table import FILL_RANGE, FillTable, Start, still
+from slosh_ros.hydro.routes import by_volume
+from slosh_ros.hydro.table_cache import known_sweep, known_table
 from slosh_ros.tank import (
     Capsule,
     KnownLiquid,
+    MeshTank,
     Rectangle,
     Tank,
     UniformTank,
     UprightCylinder,
 )
+
+if TYPE_CHECKING:
+    from slosh_ros.hydro.volume_sweep import VolumeSweep
 
 Array = NDArray[np.float64]
 Solved = tuple[tuple[str, ...], FillTable]
@@ -97,13 +103,12 @@ class LiveFill:
         self._names: tuple[str, ...] = start.names
         self._table: FillTable | None = None
         self._sign: Array = np.ones(len(start.names))
+        self._followed: VolumeSweep | None = None
 
     @property
     def changeable(self) -> bool:
-        """Whether the fill can be changed: of all but meshes, tanks with heads, and files."""
-        tank = self.config.tank
-        round_all_over = isinstance(tank, Capsule) and tank.is_sphere
-        return _upright(tank) or isinstance(tank, UniformTank) or round_all_over
+        """Whether the fill can be changed: of all but files of added mass."""
+        return not isinstance(self.config.tank, KnownLiquid)
 
     @property
     def ready(self) -> bool:
@@ -112,8 +117,13 @@ class LiveFill:
 
     @property
     def error(self) -> float:
-        """Largest relative error of frequencies, couplings and inertias; 0 of closed forms."""
+        """Largest relative error of what is interpolated, against solutions; 0 of closed forms."""
         return self._table.error if self._table is not None else 0.0
+
+    @property
+    def solution_error(self) -> float:
+        """Largest relative error that these solutions tell of; 0 where they tell of none."""
+        return self._table.solution_error if self._table is not None else 0.0
 
     def prepare(self, elsewhere: bool = False) -> None:
         """
@@ -131,15 +141,11 @@ class LiveFill:
         """
         config = self.config
         if not self.changeable:
-            name, tank = config.name, config.tank
-            why = (
-                f'the added mass of {name}.added_mass_file is that of one fill; start again with '
-                'the file of another'
-                if isinstance(tank, KnownLiquid)
-                else f'of a {tank.shape} tank like this every fill takes its own solution of some '
-                f'seconds; start again with another {name}.fill_ratio'
+            raise InputError(
+                f'the fill of {config.name} cannot change while it runs: the added mass of '
+                f'{config.name}.added_mass_file is that of one fill; start again with the file '
+                'of another'
             )
-            raise InputError(f'the fill of {name} cannot change while it runs: {why}')
         if _upright(config.tank):
             self.at(HALF)  # imports what an empty tank did not need
         if self.ready:
@@ -187,15 +193,32 @@ class LiveFill:
         if not low <= fill_ratio <= high:
             return self.at(fill_ratio)[0]
         config, names = self.config, self._start.names
+        depth = config.tank.depth(fill_ratio)
+        if by_volume(config.tank):
+            if self._followed is None:
+                from slosh_ros.hydro.volume_sweep import VolumeSweep
+
+                first = replace(self._first, all_kinds=False)
+                self._followed = VolumeSweep(config.tank, config.tank.height, first)
+            return self._followed.at(depth).weighing(config.density)
         if not names:
             half = config.tank.depth(HALF)
             names = coefficients_of(config.tank, half, config.density, config.modes).names
-        return coefficients_of(config.tank, config.tank.depth(fill_ratio), config.density, names)
+        return coefficients_of(config.tank, depth, config.density, names)
+
+    @property
+    def _first(self) -> Start:
+        """Where the modes of a tank of any shape have their names."""
+        config, start = self.config, self._start
+        one_by_one = config.damping is not None and config.damping.size > 1
+        if start.names:
+            return Start(len(start.names), start.liquid.depth, not one_by_one)
+        return Start(config.modes, config.tank.depth(HALF), not one_by_one)
 
     def _solve(self, do: Callable[..., Solved]) -> Solved:
         """Solve for what :meth:`prepare` needs."""
         try:
-            return do(_solved_for, self.config, self._start.names)
+            return do(_solved_for, self.config, self._start.names, self._first)
         except InputError:
             raise
         except (ArithmeticError, MemoryError, RuntimeError, ValueError) as error:
@@ -266,11 +289,15 @@ def _here(function: Callable[..., Solved], *arguments: object) -> Solved:
     return function(*arguments)
 
 
-def _solved_for(config: TankConfig, names: tuple[str, ...]) -> Solved:
+def _solved_for(config: TankConfig, names: tuple[str, ...], first: Start) -> Solved:
     """Find modes, those a tank has at first among them, and their table over the fill."""
-    names = _all_names(config, names)
     points = np.array(list(config.pressure_points.values())).reshape(-1, 3)
-    return names, _table(config.tank, names, tuple(map(tuple, points.tolist())))
+    about = tuple(map(tuple, points.tolist()))
+    if by_volume(config.tank):
+        table = _sweep(config.tank, first, about)
+        return table.names, table
+    names = _all_names(config, names)
+    return names, _table(config.tank, names, about)
 
 
 def _all_names(config: TankConfig, names: tuple[str, ...]) -> tuple[str, ...]:
@@ -292,3 +319,11 @@ def _all_names(config: TankConfig, names: tuple[str, ...]) -> tuple[str, ...]:
 def _table(tank: Tank, names: tuple[str, ...], points: tuple[tuple[float, ...], ...]) -> FillTable:
     """Find the table of a tank once in a process; it is the same for any density."""
     return known_table(tank, names, np.array(points).reshape(-1, 3))
+
+
+@lru_cache(maxsize=16)
+def _sweep(
+    tank: Capsule | MeshTank, start: Start, points: tuple[tuple[float, ...], ...]
+) -> FillTable:
+    """Find the same where modes are followed from a fill."""
+    return known_sweep(tank, start, np.array(points).reshape(-1, 3))

@@ -163,6 +163,17 @@ class ModalCoefficients:
         square = np.where(pushed, surge**2 + sway**2, 1.0)
         return np.asarray(np.where(pushed, (surge * pitch - sway * roll) / square, np.nan))
 
+    def weighing(self, density: float) -> ModalCoefficients:
+        """Return those of a liquid of another density [kg/m^3]."""
+        times = density / self.density
+        return replace(
+            self,
+            density=density,
+            mu=times * self.mu,
+            coupling=times * self.coupling,
+            inertia_stokes_joukowski=times * self.inertia_stokes_joukowski,
+        )
+
     def turned(self, sign: Array) -> ModalCoefficients:
         """Return the same modes with shapes of other signs, (n,), without crests."""
         potentials = None if self.potentials is None else _Turned(self.potentials, sign)

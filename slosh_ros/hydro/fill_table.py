@@ -12,7 +12,7 @@ Interpolated are quantities that do not depend on how modes are scaled: log omeg
 lambda/sqrt(mu m) with the mass m, f sqrt(sin t/mu)/omega, J0/m. The scale max|f| = 1 is found
 afterwards, from the interpolated surface, as the solver finds it. A mode is known by its name:
 index j is the same mode at every fill. Its sign goes on steadily, where the convention of the
-solver would let it jump.
+solver would let it jump. Modes of the 3-D route are followed from fill to fill by their likeness.
 
 A film, and a bubble under the roof, are beyond the solvers: from `FILL_RANGE` to the empty and
 the full tank the modes fade away in proportion to the liquid or the air that is left. Mass,
@@ -45,18 +45,40 @@ FILL_RANGE = (0.01, 0.99)
 _ROUTE = 'fill table'
 FADING = f'{_ROUTE}, fading'  # route of what is beyond
 TOLERANCE = 5e-5  # [-] of what a new node is missed by
+SWEPT_TOLERANCE = 1e-4  # the same, of solutions that are no better themselves
 _HEIGHTS = 0.05  # weight of the error of heights at single points: they may miss by 1e-3
 _SPARSE = 2  # of so many samples of the crests one is enough: they are dense at the ends, and
 # at peaks there goes a parabola through three
 _FIRST = 4  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
+_DEAR_SOLUTIONS = 40  # nor after these, where each takes seconds
 _CORNERS = 40  # at most so many levels of corners, the sharpest, are ends of intervals
 _BLUNT = 0.02  # [rad] a corner that turns the wall by less is none
 _CANDIDATES = 201  # places for a new node
 _NEAR = 0.01  # [heights] corners that are no farther apart make one level
 _LEVEL = 1e-9  # [heights] what is above the surface by less is at it
 _SAME_PLACE = 2e-3  # [m] by which a point may have been moved into the liquid
+
+
+@dataclass(frozen=True)
+class Start:
+    """
+    Where which modes of a tank of any shape have their names.
+
+    Attributes
+    ----------
+    modes : int
+        How many modes: the lowest.
+    depth : float
+        At this depth [m].
+    all_kinds : bool
+        Whether the lowest modes of surge, of sway and of yaw are wanted in any case.
+    """
+
+    modes: int
+    depth: float
+    all_kinds: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +197,9 @@ class FillTable:
         Where pressure is wanted, in the tank frame [m].
     tolerance : float
         Error that is aimed at.
+    solve : callable
+        Gives the coefficients of these modes at a depth [m] for unit density; if there is none,
+        the route of the tank does.
 
     Notes
     -----
@@ -188,11 +213,15 @@ class FillTable:
         names: Sequence[str],
         points: Array | None = None,
         tolerance: float = TOLERANCE,
+        solve: Callable[[float], ModalCoefficients] | None = None,
     ) -> None:
         self.tank, self.names = tank, tuple(names)
+        self._solve = solve or self._by_route
+        self._most = _SOLUTIONS if solve is None else _DEAR_SOLUTIONS
         self._points = np.zeros((0, 3)) if points is None else points
         self._tolerance = tolerance
         self.solutions = 0
+        self.solution_error = 0.0  # largest that the solutions themselves tell of
         low, high = (self._angle(tank.depth(ratio)) for ratio in FILL_RANGE)
         corners = sorted(t for t in map(self._angle, _corners(tank)) if low < t < high)
         places = [low, *corners, high]
@@ -258,7 +287,7 @@ class FillTable:
 
     def _halve(self) -> None:
         part = self._open[0]
-        if self.solutions > _SOLUTIONS:
+        if self.solutions > self._most:
             self._close()
             return
         middle = min(
@@ -275,7 +304,9 @@ class FillTable:
 
     def _solved(self, angle: float) -> _Node:
         self.solutions += 1
-        c = coefficients_of(self.tank, self._depth(angle), 1.0, self.names)
+        c = self._solve(self._depth(angle))
+        self.names = c.names
+        self.solution_error = max(self.solution_error, c.error or 0.0)
         unit = np.sqrt(np.sin(angle) / c.mu) / c.omega  # about the mean square of f, inverted
         crests = c.surface_shapes[np.newaxis] if c.crests is None else c.crests[:, ::_SPARSE]
         friction = np.zeros(0) if c.wall_friction is None else np.log(c.wall_friction)
@@ -300,6 +331,9 @@ class FillTable:
             assert c.potentials is not None
             potentials = c.potentials.stokes_joukowski(self._points - c.liquid.surface_centre)
         return c.inertia_stokes_joukowski, potentials
+
+    def _by_route(self, depth: float) -> ModalCoefficients:
+        return coefficients_of(self.tank, depth, 1.0, self.names)
 
     def _missed(self, node: _Node, guess: Array) -> float:
         """By how much a guess misses a node: error over the largest of the kind."""
@@ -338,6 +372,8 @@ class FillTable:
             'full_inertia': self._full[0],
             'full_potentials': self._full[1],
             'solutions': np.array(self.solutions),
+            'names': np.array(self.names),
+            'solution_error': np.array(self.solution_error),
         }
 
     def restore(self, stored: dict[str, Array]) -> None:
@@ -367,6 +403,8 @@ class FillTable:
         self._full = stored['full_inertia'], stored['full_potentials']
         self._open, self._crossings = [], []
         self.solutions = int(stored['solutions'])
+        self.names = tuple(stored['names'].tolist())
+        self.solution_error = float(stored['solution_error'])
 
     # --- reading ---
 
@@ -415,6 +453,7 @@ class FillTable:
             surface_shapes=shapes / highest,
             surface_gaps=tuple((float(a), float(b)) for a, b in gaps),
             potentials=self._potentials_at(angle, liquid, highest),
+            error=max(self.error, self.solution_error) if self.solution_error else None,
         )
 
     def _fading(

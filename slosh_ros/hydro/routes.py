@@ -7,6 +7,7 @@ What a route stands on takes half of a node's start-up to import, so it is impor
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeGuard
 
 import numpy as np
 
@@ -21,8 +22,14 @@ from slosh_ros.tank import (
     MeshTank,
     Rectangle,
     Tank,
+    UniformTank,
     UprightCylinder,
 )
+
+
+def by_volume(tank: Tank) -> TypeGuard[Capsule | MeshTank]:
+    """Whether a tank is one of any shape, whose liquid takes the 3-D route."""
+    return isinstance(tank, MeshTank) or (isinstance(tank, Capsule) and not tank.is_sphere)
 
 
 def coefficients_of(
@@ -56,7 +63,7 @@ def coefficients_of(
         from slosh_ros.hydro.cylinder_z import cylinder_z_coefficients
 
         return cylinder_z_coefficients(tank, depth, density, count)
-    if isinstance(tank, MeshTank) or (isinstance(tank, Capsule) and not tank.is_sphere):
+    if by_volume(tank):
         from slosh_ros.hydro.volume import full_volume_coefficients, volume_coefficients
 
         if depth == tank.height:
@@ -69,6 +76,7 @@ def coefficients_of(
         if depth == tank.height:
             return full_sphere(tank.radius, liquid, density)
         return axisymmetric_coefficients(Circle(tank.radius), liquid, density, count)
+    assert isinstance(tank, UniformTank)
     if isinstance(tank.section, Rectangle):
         return rectangular_coefficients(tank, depth, density, count)
     from slosh_ros.hydro.section import section_coefficients

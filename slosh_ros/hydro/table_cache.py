@@ -13,7 +13,7 @@ import hashlib
 import os
 import platform
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -22,10 +22,10 @@ import numpy as np
 import scipy
 
 from slosh_ros.hydro.coefficients import Array
-from slosh_ros.hydro.fill_table import FillTable
-from slosh_ros.tank import Tank
+from slosh_ros.hydro.fill_table import SWEPT_TOLERANCE, FillTable, Start
+from slosh_ros.tank import Capsule, MeshTank, Tank
 
-_FORMAT = 1  # of the files
+_FORMAT = 2  # of the files
 _MOST = 60  # tables that are kept, the last ones that were asked for
 _ROOMS = ('hydro', 'tank', 'constants.py')  # what tables are computed by
 
@@ -39,15 +39,42 @@ def known_table(tank: Tank, names: Sequence[str], points: Array | None = None) -
     tank, names, points
         See :class:`~slosh_ros.hydro.fill_table.FillTable`.
     """
-    table = FillTable(tank, names, points)
+    return _known((tank, tuple(names)), points, lambda: FillTable(tank, names, points))
+
+
+def known_sweep(tank: Capsule | MeshTank, start: Start, points: Array | None = None) -> FillTable:
+    """
+    Take such a table of a tank of any shape, whose modes are followed from a fill.
+
+    Parameters
+    ----------
+    tank : Capsule or MeshTank
+        The tank.
+    start : Start
+        Where which modes have their names.
+    points : array, shape (p, 3), optional
+        See :class:`~slosh_ros.hydro.fill_table.FillTable`.
+    """
+    from slosh_ros.hydro.volume_sweep import VolumeSweep
+
+    def table() -> FillTable:
+        sweep = VolumeSweep(tank, tank.height, start)
+        return FillTable(tank, (), points, SWEPT_TOLERANCE, sweep.at)
+
+    return _known((tank, start), points, table)
+
+
+def _known(
+    what: tuple[object, ...], points: Array | None, new: Callable[[], FillTable]
+) -> FillTable:
+    table = new()
     try:
-        path = _folder() / f'fill-{_key(tank, names, points)}.npz'
+        path = _folder() / f'fill-{_key(what, points)}.npz'
     except (OSError, RuntimeError):  # no home, or no source
         return table.build()
     if _read(path, table):
         return table
-    # a file may have been taken up in part
-    table = FillTable(tank, names, points).build()
+    table = new().build()  # a file may have been taken up in part
     _write(path, table)
     return table
 
@@ -85,9 +112,9 @@ def _folder() -> Path:
     return home / 'slosh_ros'
 
 
-def _key(tank: Tank, names: Sequence[str], points: Array | None) -> str:
+def _key(what: tuple[object, ...], points: Array | None) -> str:
     points = np.zeros((0, 3)) if points is None else points
-    told = _told((_FORMAT, _source(), tank, tuple(names), points))
+    told = _told((_FORMAT, _source(), *what, points))
     return hashlib.sha256(told.encode()).hexdigest()[:40]
 
 

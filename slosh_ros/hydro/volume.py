@@ -10,11 +10,12 @@ is right, leave the fourth power of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
@@ -32,7 +33,7 @@ from slosh_ros.hydro.volume_modes import (
 )
 from slosh_ros.hydro.volume_pieces import cut, points_on
 from slosh_ros.hydro.volume_splines import Axis, forms
-from slosh_ros.hydro.volume_surface import FreeSurface
+from slosh_ros.hydro.volume_surface import FreeSurface, likeness
 from slosh_ros.tank.surface import LiquidSurface, area_vectors, solid_moments
 from slosh_ros.tank.uniform import LiquidAtRest
 
@@ -40,9 +41,8 @@ from slosh_ros.tank.uniform import LiquidAtRest
 # liquid exceeds this; below, a coupling cannot be told from the error of its mode.
 COUPLING_SHARE = 1e-7
 
-_TARGET = 5e-4  # error that calls for no finer grid
-_FINER = 1.4  # by which one grid is finer than the one before
-_GRIDS = 4  # most that are tried
+_TARGET = 1e-4  # change by finer cells along one axis that calls for no finer ones
+_FINER = 1.6  # by which cells are smaller than the ones before
 _FULL = 300  # cells of the grid in a full tank
 _LARGEST = 4500  # functions of a grid; the cost goes with the third power
 
@@ -51,6 +51,10 @@ _DEGENERATE = 1e-3  # difference of kappa below which modes are a pair of a body
 _LEFT = 0.1  # share of the error of flat triangles that may be left when it is extrapolated
 _CLOSED = 1e-6  # sum of area vectors, over that of areas
 _EQUAL = 2e-5  # difference that is none, with surge first
+_PAIR = 0.3  # [of the other's] coupling that a pair has in its own direction, and not across
+_SPARE = 2  # modes beyond those wanted
+_AMONG = 24  # modes of a parity among which the likes of others are looked for
+_MUCH = 0.9  # of the size of cells: a smaller one is worth another grid
 _SMALL = 0.01  # share of the liquid that is the scale for the errors of smaller couplings
 
 
@@ -77,14 +81,30 @@ class VolumeResolution:
         Of the splines.
     triangles : int
         Of a smooth tank's surface, about.
+    grids : int
+        Finer grids that are tried at most; without any, the error is not told.
     """
 
     cells: float = 2.2
     degree: int = 4
     triangles: int = 16000
+    grids: int = 10
 
 
 DEFAULT = VolumeResolution()
+
+
+Finer = tuple[float, float, float]
+ONCE: Finer = (1.0, 1.0, 1.0)
+
+
+def _along(finer: Finer, axis: int) -> Finer:
+    """Cells that are smaller along one axis."""
+    x, y, z = (n * _FINER if k == axis else n for k, n in enumerate(finer))
+    return x, y, z
+
+
+_ALONG = [_along(ONCE, axis) for axis in range(3)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,27 +117,36 @@ class _Mode:
     odd: tuple[bool, bool]
 
 
-class _Solved(NamedTuple):
-    """What came of one grid."""
+class _Found(NamedTuple):
+    """All that one grid tells."""
 
     axes: tuple[Axis, Axis, Axis]
     families: Sequence[Family]
+
+
+class _Solved(NamedTuple):
+    """The modes that are wanted, on one grid."""
+
+    found: _Found
     modes: Sequence[_Mode]
     inertia: Array
+
+
+Pick = Callable[[_Found], Sequence[_Mode]]
 
 
 def volume_coefficients(
     tank: FillableTank,
     depth: float,
     density: float,
-    modes: int,
+    modes: int | ModalCoefficients,
     resolution: VolumeResolution = DEFAULT,
 ) -> ModalCoefficients:
     """
     Coefficients of the coupling modes of lowest natural frequency.
 
-    The grid is refined until two in a row agree to three digits, or it is as large as time
-    allows; `error` tells by how much the last two differ.
+    Along each axis the grid is refined until that changes nothing in four digits, or it is as
+    large as time allows; `error` tells by how much the last steps of all three have changed it.
 
     Parameters
     ----------
@@ -127,8 +156,8 @@ def volume_coefficients(
         Depth of the liquid [m]; of a full tank see :func:`full_volume_coefficients`.
     density : float
         Density of the liquid [kg/m^3].
-    modes : int
-        Number of modes.
+    modes : int or ModalCoefficients
+        Number of modes; or those of another fill, found by this route, whose likes are wanted.
     resolution : VolumeResolution
         Size of the discrete problem.
 
@@ -138,46 +167,73 @@ def volume_coefficients(
         If the liquid is not one pool, its surface not closed, or the modes too many.
     """
     liquid = tank.filled(depth)
-    problem = _Problem.of(tank, depth, liquid, resolution)
+    count = modes if isinstance(modes, int) else len(modes.names)
+    problem = _Problem.of(tank, depth, liquid, resolution, count)
     free = FreeSurface.of(problem.outside.free)
+    on_top = np.pad(free.points, ((0, 0), (0, 1)))
     length, width = free.extent
-    cell = problem.fitting(width / half_waves(modes, length, width) / resolution.cells)
-    last = problem.solved(_FINER * cell, modes)
-    flat = problem.flat(last, _FINER * cell, modes)
+
+    def lowest(found: _Found) -> list[_Mode]:
+        assert isinstance(modes, int)
+        # some more, so that the last ones have theirs on another grid, which swaps them
+        return _coupling(found.families, problem.whole, modes + _SPARE)
+
+    def likes(found: _Found) -> list[_Mode]:
+        assert isinstance(modes, ModalCoefficients)
+        among = _lowest(found.families)
+        shapes = problem.potentials(found, among).modes(on_top)
+        return _likes(among, likeness(modes.surface_shapes, shapes))
+
+    pick = lowest if isinstance(modes, int) else likes
+    shortest = half_waves(modes if isinstance(modes, int) else modes.names, length, width)
+    cell = problem.fitting(width / shortest / resolution.cells)
+    last = problem.solved(cell, pick)
+    flat = problem.flat(last, cell, pick)
     if last.modes:
-        highest = last.modes[-1].kappa
+        highest = max(mode.kappa for mode in last.modes[:count])
         wave = max(highest, np.sqrt(highest / liquid.depth))  # deep, shallow
-        cell = problem.fitting(min(cell, np.pi / wave / resolution.cells))
-    last, error = problem.refined(last, cell, modes)
-    if len(last.modes) < modes:
+        finer = problem.fitting(np.pi / wave / resolution.cells)
+        if finer < _MUCH * cell:
+            cell, last = finer, problem.solved(finer, pick)
+    last, error = problem.refined(last, cell, pick)
+    last = last._replace(modes=last.modes[:count])
+    if len(last.modes) < count:
         raise InputError(
-            f'only {len(last.modes)} modes of this liquid can be resolved, not {modes}; '
+            f'only {len(last.modes)} modes of this liquid can be resolved, not {count}; '
             'ask for fewer'
         )
-    potentials = problem.potentials(last)
+    potentials = problem.potentials(last.found, last.modes)
     friction = _wall_friction(problem.parts[-1][1].wall, potentials)
-    shapes = potentials.modes(np.pad(free.points, ((0, 0), (0, 1))))
-    scale = 1.0 / np.abs(shapes).max(axis=0)
-    scale *= free.signs(shapes * scale)
+    shapes = potentials.modes(on_top)
+    on_rim = potentials.modes(np.pad(free.rim, ((0, 0), (0, 1))))
+    scale = 1.0 / free.highest(shapes, on_rim)
     kappa = np.array([mode.kappa for mode in last.modes])
     coupling = np.array([mode.coupling for mode in last.modes])
-    share = (coupling**2 / problem.whole)[:, [0, 1, 5]]
-    alike = np.stack([share.argmax(axis=1) != k for k in (1, 0)], axis=-1)
-    odd = np.where(problem.symmetric, potentials.odd, alike)
+    if isinstance(modes, int):
+        scale *= free.signs(shapes * scale)
+        share = (coupling**2 / problem.whole)[:, [0, 1, 5]]
+        alike = np.stack([share.argmax(axis=1) != k for k in (1, 0)], axis=-1)
+        odd = np.where(problem.symmetric, potentials.odd, alike)
+        lattice = potentials.modes(np.pad(free.lattice[free.inside], ((0, 0), (0, 1))))
+        names = free.names(lattice, odd, problem.symmetric)
+    else:
+        scale *= np.sign(np.diag(likeness(modes.surface_shapes, shapes)))
+        names = modes.names
     return ModalCoefficients(
         route='volume',
         density=density,
         liquid=liquid,
-        names=free.names(shapes, odd, problem.symmetric),
+        names=names,
         omega=np.sqrt(GRAVITY * kappa),
         mu=density * scale**2 / kappa,  # eq (10)
         coupling=density * scale[:, np.newaxis] * coupling,
         inertia_stokes_joukowski=density * last.inertia,
         wall_friction=friction / (2.0 * kappa),
-        surface_points=free.points[free.sparse],
-        surface_shapes=(shapes * scale)[free.sparse],
+        surface_points=free.points,
+        surface_shapes=shapes * scale,
+        crests=np.ones((1, 1, count)),
         potentials=replace(potentials, psi=potentials.psi * scale),
-        error=error + flat,
+        error=error + flat if resolution.grids else None,
     )
 
 
@@ -198,6 +254,10 @@ class _Problem:
         Volume [m^3] and inertia [m^5] of which the couplings are shares.
     degree : int
         Of the splines.
+    count : int
+        Number of modes that errors are told of.
+    grids : int
+        Finer grids that are tried at most.
     """
 
     parts: Sequence[tuple[float, LiquidSurface]]
@@ -205,10 +265,17 @@ class _Problem:
     symmetric: Parity
     whole: Array
     degree: int
+    count: int
+    grids: int
 
     @classmethod
     def of(
-        cls, tank: FillableTank, depth: float, liquid: LiquidAtRest, resolution: VolumeResolution
+        cls,
+        tank: FillableTank,
+        depth: float,
+        liquid: LiquidAtRest,
+        resolution: VolumeResolution,
+        count: int,
     ) -> _Problem:
         parts = _surfaces(tank, depth, liquid, resolution.triangles)
         outside = parts[0][1]
@@ -223,52 +290,70 @@ class _Problem:
             symmetric=symmetric,
             whole=whole,
             degree=resolution.degree,
+            count=count,
+            grids=resolution.grids,
         )
 
-    def grid(self, cell: float) -> tuple[Axis, Axis, Axis]:
+    def grid(self, cell: float, finer: Finer = ONCE) -> tuple[Axis, Axis, Axis]:
         """Grid for waves that need cells of a size [m]."""
-        return grid_around(self.parts[0][1], self.symmetric, cell, self.degree)
+        return grid_around(self.parts[0][1], self.symmetric, cell, self.degree, finer)
+
+    def fits(self, cell: float, finer: Finer = ONCE) -> bool:
+        """Whether a grid has not too many cells."""
+        count = np.prod([axis.functions for axis in self.grid(cell, finer)])
+        return bool(count <= _LARGEST)
 
     def fitting(self, cell: float) -> float:
-        """Size of cells [m], or of larger ones, of which there are not too many."""
-        while np.prod([axis.functions for axis in self.grid(cell)]) > _LARGEST:
+        """Size of cells [m], or of larger ones, that can all be refined along one axis."""
+        while not all(self.fits(cell, finer) for finer in _ALONG):
             cell *= 1.1
         return cell
 
-    def solved(self, cell: float, modes: int) -> _Solved:
-        """Solve for the lowest modes on a grid."""
-        axes = self.grid(cell)
-        found = families(forms(self.parts, axes), self.symmetric)
-        inertia = sum((family.inertia for family in found), np.zeros((3, 3)))
-        return _Solved(axes, found, _coupling(found, self.whole, modes), inertia)
+    def solved(self, cell: float, pick: Pick, finer: Finer = ONCE) -> _Solved:
+        """Solve on a grid."""
+        axes = self.grid(cell, finer)
+        found = _Found(axes, families(forms(self.parts, axes), self.symmetric))
+        inertia = sum((family.inertia for family in found.families), np.zeros((3, 3)))
+        return _Solved(found, pick(found), inertia)
 
-    def flat(self, solved: _Solved, cell: float, modes: int) -> float:
+    def flat(self, solved: _Solved, cell: float, pick: Pick) -> float:
         """Error that extrapolation may leave of that of flat triangles on a smooth wall."""
         if len(self.parts) == 1:
             return 0.0
         finer_alone = replace(self, parts=[(1.0, self.parts[0][1])])
-        return _LEFT * _difference(finer_alone.solved(cell, modes), solved, self.whole)
+        return _LEFT * _difference(finer_alone.solved(cell, pick), solved, self.whole, self.count)
 
-    def refined(self, last: _Solved, cell: float, modes: int) -> tuple[_Solved, float]:
-        """Solve on finer grids until two of them agree, and tell by how much they do."""
-        for _ in range(_GRIDS - 1):
-            before, last = last, self.solved(cell, modes)
-            error = _difference(before, last, self.whole)
-            cell /= _FINER
-            if error < _TARGET or self.fitting(cell) > cell:
+    def refined(self, last: _Solved, cell: float, pick: Pick) -> tuple[_Solved, float]:
+        """
+        Refine along one axis after the other as long as that changes something.
+
+        Tells by how much the last steps, one along each axis, have changed it.
+        """
+        finer, changes, left = ONCE, [np.inf] * 3, [0, 1, 2]
+        for _ in range(self.grids):
+            if not left:
                 break
-        return last, error
+            k = left.pop(0)
+            more = _along(finer, k)
+            if not self.fits(cell, more):
+                continue
+            found = self.solved(cell, pick, more)
+            changes[k] = _difference(last, found, self.whole, self.count)
+            if changes[k] > _TARGET:
+                last, finer = found, more
+                left.append(k)
+        return last, sum(changes)
 
-    def potentials(self, solved: _Solved) -> SplinePotentials:
-        """Potentials of the modes, not yet scaled, and of rotation."""
-        count = int(np.prod([axis.functions for axis in solved.axes]))
+    def potentials(self, found: _Found, modes: Sequence[_Mode]) -> SplinePotentials:
+        """Potentials of modes, not yet scaled, and of rotation."""
+        count = int(np.prod([axis.functions for axis in found.axes]))
         return SplinePotentials(
-            axes=solved.axes,
+            axes=found.axes,
             symmetric=self.symmetric,
-            odd=np.array([mode.odd for mode in solved.modes], dtype=bool).reshape(-1, 2),
-            psi=np.array([mode.psi for mode in solved.modes]).reshape(-1, count).T,
-            rotation_odd=np.array([family.odd for family in solved.families]),
-            rotation=np.stack([family.rotation for family in solved.families], axis=1),
+            odd=np.array([mode.odd for mode in modes], dtype=bool).reshape(-1, 2),
+            psi=np.array([mode.psi for mode in modes]).reshape(-1, count).T,
+            rotation_odd=np.array([family.odd for family in found.families]),
+            rotation=np.stack([family.rotation for family in found.families], axis=1),
         )
 
 
@@ -341,15 +426,25 @@ def _surfaces(
     tank: FillableTank, depth: float, liquid: LiquidAtRest, triangles: int
 ) -> list[tuple[float, LiquidSurface]]:
     """Surfaces of the liquid and their weights: of a smooth tank two sizes, the finer first."""
-    rough = tank.liquid_surface(depth, liquid.volume ** (1.0 / 3.0) / 8.0)
+    rough = tank.liquid_surface(depth, liquid.volume ** (1.0 / 3.0) / 4.0)
     area = float(np.linalg.norm(area_vectors(rough.triangles), axis=1).sum())
     size = np.sqrt(2.0 * area / triangles)
-    fine, coarse = (tank.liquid_surface(depth, s) for s in (size, 2.0 * size))
-    own, other = (solid_moments(surface.wall).whole for surface in (fine, coarse))
-    if abs(own - other) <= 1e-9 * abs(own):  # flat walls
+    fine = tank.liquid_surface(depth, size)
+    own = solid_moments(fine.wall).whole
+    if abs(own - liquid.volume) <= 1e-9 * abs(own):  # flat walls
+        return [(1.0, fine)]
+    coarse = tank.liquid_surface(depth, 2.0 * size)
+    other = solid_moments(coarse.wall).whole
+    if abs(own - other) <= 1e-9 * abs(own):
         return [(1.0, fine)]
     beyond = float(np.clip((liquid.volume - own) / (own - other), 0.0, 0.5))
     return [(1.0 + beyond, fine), (-beyond, coarse)]
+
+
+def _modes(family: Family, which: Iterable[int]) -> list[_Mode]:
+    return [
+        _Mode(family.kappa[j], family.coupling[j], family.psi[:, j], family.odd) for j in which
+    ]
 
 
 def _coupling(found: Sequence[Family], whole: Array, count: int) -> list[_Mode]:
@@ -357,10 +452,7 @@ def _coupling(found: Sequence[Family], whole: Array, count: int) -> list[_Mode]:
     modes = []
     for family in found:
         share = family.coupling**2 / whole * family.kappa[:, np.newaxis]
-        kept = np.flatnonzero(share.max(axis=1) > COUPLING_SHARE)[: count + 1]
-        modes += [
-            _Mode(family.kappa[j], family.coupling[j], family.psi[:, j], family.odd) for j in kept
-        ]
+        modes += _modes(family, np.flatnonzero(share.max(axis=1) > COUPLING_SHARE)[: count + 1])
     modes.sort(key=lambda mode: mode.kappa)
     for j in range(min(count, len(modes) - 1)):
         a, b = modes[j : j + 2]
@@ -377,41 +469,86 @@ def _surges(mode: _Mode) -> bool:
 
 
 def _turned(a: _Mode, b: _Mode) -> tuple[_Mode, _Mode]:
-    """Combine two modes of one frequency so that the first does not couple with sway."""
+    """Combine a pair of one frequency so that one is of surge and one of sway; or leave it."""
     push = np.hypot(a.coupling[1], b.coupling[1])
     if push == 0.0:
         return a, b
-    cosine, sine = b.coupling[1] / push, -a.coupling[1] / push
-
-    def combined(p: float, q: float) -> _Mode:
-        return _Mode(
-            p**2 * a.kappa + q**2 * b.kappa,
-            p * a.coupling + q * b.coupling,
-            p * a.psi + q * b.psi,
-            a.odd,
-        )
-
-    return combined(cosine, sine), combined(-sine, cosine)
+    turn = np.array([[b.coupling[1], -a.coupling[1]], [a.coupling[1], b.coupling[1]]]) / push
+    surge, sway = _mixed([a, b], turn)
+    if not abs(sway.coupling[0]) < _PAIR * push < abs(surge.coupling[0]):
+        return a, b  # two modes that happen to be close
+    kappa = (a.kappa + b.kappa) / 2.0
+    return replace(surge, kappa=kappa), replace(sway, kappa=kappa)
 
 
-def _difference(coarse: _Solved, fine: _Solved, whole: Array) -> float:
+def _mixed(modes: Sequence[_Mode], shares: Array) -> list[_Mode]:
+    """Orthogonal combinations of modes of about one frequency, by rows of shares."""
+    kappa, coupling, psi = (
+        np.array([getattr(mode, part) for mode in modes]) for part in ('kappa', 'coupling', 'psi')
+    )
+    rows = zip(shares**2 @ kappa, shares @ coupling, shares @ psi, strict=True)
+    return [_Mode(float(k), c, p, modes[0].odd) for k, c, p in rows]
+
+
+def _lowest(found: Sequence[Family]) -> list[_Mode]:
+    """All modes among which the likes of some are looked for."""
+    return [
+        mode for family in found for mode in _modes(family, range(min(_AMONG, len(family.kappa))))
+    ]
+
+
+def _likes(among: Sequence[_Mode], alike: Array) -> list[_Mode]:
+    """
+    Select modes that are like given ones.
+
+    Parameters
+    ----------
+    among : sequence of _Mode
+        Of these.
+    alike : array, shape (n, k)
+        How much each of them is like each given one, -1 to 1.
+    """
+    rows, columns = linear_sum_assignment(-(alike**2))
+    chosen = [among[j] for j in columns]
+    alike = alike[np.ix_(rows, columns)]
+    done: set[int] = set()
+    for i, mode in enumerate(list(chosen)):
+        # modes of almost one frequency come out in any mixture
+        group = [
+            j
+            for j, other in enumerate(chosen)
+            if j not in done
+            and other.odd == mode.odd
+            and abs(other.kappa - mode.kappa) < _DEGENERATE * mode.kappa
+        ]
+        if i in done or len(group) < 2:
+            continue
+        done.update(group)
+        left, _, right = np.linalg.svd(alike[np.ix_(group, group)])
+        for j, mixed in zip(group, _mixed([chosen[j] for j in group], left @ right), strict=True):
+            chosen[j] = mixed
+    return chosen
+
+
+def _difference(coarse: _Solved, fine: _Solved, whole: Array, count: int) -> float:
     """Largest relative difference of frequencies, couplings and inertia."""
-    if len(coarse.modes) < len(fine.modes):
+    ours = fine.modes[:count]
+    if len(coarse.modes) < len(ours):
         return np.inf
     error = np.abs(coarse.inertia - fine.inertia).max() / np.abs(fine.inertia).max()
     left, twins = list(coarse.modes), []
-    for mode in fine.modes:
+    for mode in ours:
         alike = [m for m in left if m.odd == mode.odd]
         if not alike:
             return np.inf
         twins.append(min(alike, key=lambda m: abs(m.kappa - mode.kappa)))
         left.remove(twins[-1])
-    for mode in fine.modes:
+    for mode in ours:
         # modes of almost one frequency mix: only their sum is sure
         group = [
-            (ours, theirs)
-            for ours, theirs in zip(fine.modes, twins, strict=True)
-            if ours.odd == mode.odd and abs(ours.kappa / mode.kappa - 1.0) < _MIXING
+            (own, other)
+            for own, other in zip(ours, twins, strict=True)
+            if own.odd == mode.odd and abs(own.kappa / mode.kappa - 1.0) < _MIXING
         ]
         share, other = (
             sum(m.coupling**2 * m.kappa for m in side) / whole for side in zip(*group, strict=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slosh_ros.hydro.coefficients import Array
@@ -17,7 +19,11 @@ _FEWEST_DOWN = 3.0  # from the free surface to the bottom
 
 
 def grid_around(
-    surface: LiquidSurface, symmetric: tuple[bool, bool], cell: float, degree: int
+    surface: LiquidSurface,
+    symmetric: tuple[bool, bool],
+    cell: float,
+    degree: int,
+    finer: Sequence[float] = (1.0, 1.0, 1.0),
 ) -> tuple[Axis, Axis, Axis]:
     """
     Divide the box around a liquid.
@@ -32,6 +38,8 @@ def grid_around(
         Size of the cells that the waves need [m].
     degree : int
         Of the splines.
+    finer : sequence of float
+        By which the cells are smaller than that along x, y and z, wherever they are.
     """
     corners, rim = (part.reshape(-1, 3) for part in (surface.triangles, surface.free))
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -53,13 +61,13 @@ def grid_around(
         size = np.where(outside, (whole[1] - whole[0]) / sides / _FEWEST, waves)
         for end in contact:
             size = np.minimum(size, _AT_CONTACT * waves + _GROWTH * np.abs(place - end))
-        axes.append(Axis(_divided(*whole, size), degree))
+        axes.append(Axis(_divided(*whole, size / finer[k]), degree))
         leans |= bool(contact)
 
     place = _places(low[2], 0.0)
     finest = cell * (_AT_CONTACT if leans else 1.0)
     size = np.minimum(finest - _GROWTH * place, -low[2] / _FEWEST_DOWN)
-    return axes[0], axes[1], Axis(_divided(low[2], 0.0, size), degree)
+    return axes[0], axes[1], Axis(_divided(low[2], 0.0, size / finer[2]), degree)
 
 
 def _places(low: float, high: float, count: int = 2000) -> Array:

@@ -20,6 +20,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import Array
 from slosh_ros.hydro.volume_pieces import cut
 from slosh_ros.hydro.volume_splines import Axis, Forms
+from slosh_ros.hydro.volume_surface import outline
 from slosh_ros.tank.surface import LiquidSurface
 
 # Splines that barely reach into the liquid are all but undetermined. All of the box is therefore
@@ -300,17 +301,23 @@ def symmetries(surface: LiquidSurface, tolerance: float = 1e-6) -> Parity:
     """
     Tell whether a liquid is its own mirror image about x = 0, and about y = 0.
 
-    All corners must have theirs, within a share of the liquid's size. What is left then are
-    diagonals of quadrangles, drawn the one way here and the other way there; folding takes the
-    mean of both.
+    All corners must have theirs, within a share of the liquid's size; those of the contact line
+    may have it anywhere on that. What is left then are diagonals of quadrangles, drawn the one way
+    here and the other way there; folding takes the mean of both.
     """
-    corners = np.unique(surface.triangles.reshape(-1, 3), axis=0)
+    corners = surface.wall.reshape(-1, 3) if surface.corners is None else surface.corners
     size = tolerance * float(np.ptp(corners, axis=0).max())
-    tree = cKDTree(corners)
-    found = [
-        bool(np.all(tree.query(corners * mirror)[0] < size))
-        for mirror in ([-1.0, 1.0, 1.0], [1.0, -1.0, 1.0])
-    ]
+    tree, (begin, end) = cKDTree(corners), outline(surface.free).transpose(1, 0, 2)
+    on_line = corners[:, 2] > -size
+    found = []
+    for mirror in ([-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]):
+        image = corners * mirror
+        lone = tree.query(image)[0] >= size
+        twin = image[lone & on_line, np.newaxis, :2]
+        way = np.sum((twin - begin) * (end - begin), axis=2) / np.sum((end - begin) ** 2, axis=1)
+        foot = begin + np.clip(way, 0.0, 1.0)[..., np.newaxis] * (end - begin)
+        away = np.linalg.norm(twin - foot, axis=2).min(axis=1, initial=np.inf)
+        found.append(not np.any(lone & ~on_line) and bool(np.all(away < size)))
     return found[0], found[1]
 
 

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.hydro.coefficients import Array, mode_name
+from slosh_ros.hydro.coefficients import Array, mode_name, peaks
 
 _LATTICE = 65  # points along each side of the box around it; odd, so that the middle is among them
-_RIM = 192  # points on the outline, about
+_RINGS, _AROUND = 20, 96  # of points; a multiple of 8 around: middle lines, and corners of boxes
+_RIM = 12  # times as many on the outline: where it has corners, so may crests
 _CREST = 0.3  # [max |f|] how high the first crest stands that settles the sign
+_ROUNDING = 1e-9
 _WAVE = 0.05  # [max |f|] below which a shape has no sign
 
 
@@ -22,14 +24,19 @@ class FreeSurface:
 
     Attributes
     ----------
+    points : array, shape (m, 2)
+        Points x, y of rings around O, the last on the outline [m]. There are as many on every
+        surface, and each has its like on another one: modes of two fills are compared by them.
+        What would be dry is moved to the outline.
     rim : array, shape (q, 2)
-        Points x, y on the outline [m].
+        Points on the outline alone, more of them [m].
     lattice : array, shape (k, k, 2)
         Points x, y of a lattice on the box around it, x by rows [m].
     inside : array of bool, shape (k, k)
         Which of these are within the outline.
     """
 
+    points: Array
     rim: Array
     lattice: Array
     inside: NDArray[np.bool_]
@@ -44,7 +51,7 @@ class FreeSurface:
         triangles : array, shape (n, 3, 3)
             Their corners, counter-clockwise [m].
         """
-        edges = _outline(triangles)
+        edges = outline(triangles)
         rim = edges.reshape(-1, 2)
         low, high = rim.min(axis=0), rim.max(axis=0)
         x, y = (np.linspace(a, b, _LATTICE) for a, b in zip(low, high, strict=True))
@@ -52,7 +59,8 @@ class FreeSurface:
         # not on the box itself, where outlines end
         within = lattice + 1e-6 * ((low + high) / 2.0 - lattice)
         inside = _within(within.reshape(-1, 2), edges).reshape(lattice.shape[:2])
-        return cls(_spread(edges), lattice, inside)
+        rim = _rim(edges, (high - low) / 2.0)
+        return cls(_rings(edges, rim[::_RIM]), rim, lattice, inside)
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -60,17 +68,22 @@ class FreeSurface:
         length, width = np.ptp(self.lattice.reshape(-1, 2), axis=0)
         return float(length), float(width)
 
-    @property
-    def points(self) -> Array:
-        """All points on the surface, shape (m, 2) [m]."""
-        return np.concatenate([self.lattice[self.inside], self.rim])
+    def highest(self, shapes: Array, on_rim: Array) -> Array:
+        """
+        Largest modulus of each mode, shape (n,).
 
-    @property
-    def sparse(self) -> NDArray[np.bool_]:
-        """Tell which of the points make a lattice half as dense, with the outline; shape (m,)."""
-        half = np.zeros_like(self.inside)
-        half[::2, ::2] = True
-        return np.append(half[self.inside], np.ones(len(self.rim), dtype=bool))
+        Parameters
+        ----------
+        shapes : array, shape (m, n)
+            At all points.
+        on_rim : array, shape (q, n)
+            At those of the rim.
+        """
+        middle = np.broadcast_to(shapes[:1], (_AROUND, shapes.shape[1]))
+        rays = np.stack([middle, *shapes[1:].reshape(_RINGS, _AROUND, -1)])
+        within = peaks(rays.reshape(len(rays), -1)).reshape(_AROUND, -1).max(axis=0)
+        closed = np.concatenate([on_rim, on_rim[:1]])
+        return np.asarray(np.maximum(within, peaks(closed)))
 
     def signs(self, shapes: Array) -> Array:
         """
@@ -94,7 +107,7 @@ class FreeSurface:
         Parameters
         ----------
         shapes : array, shape (m, n)
-            At all points.
+            At the points of the lattice that are inside.
         odd : array of bool, shape (n, 2)
             Whether they are odd in x and in y, or more so than even.
         symmetric : tuple of bool
@@ -103,7 +116,7 @@ class FreeSurface:
         taken: list[tuple[int, int]] = []
         for shape, is_odd in zip(shapes.T, odd, strict=True):
             values = np.full(self.inside.shape, np.nan)
-            values[self.inside] = shape[: self.inside.sum()]
+            values[self.inside] = shape
             waves = [
                 _half_waves(_line(values if along == 0 else values.T, is_odd[1 - along]))
                 for along in range(2)
@@ -135,7 +148,7 @@ def _half_waves(line: Array) -> int:
     return int(np.count_nonzero(np.diff(signs)))
 
 
-def _outline(triangles: Array) -> Array:
+def outline(triangles: Array) -> Array:
     """Edges that belong to one triangle only, in its sense of rotation, shape (e, 2, 2)."""
     corners, number = np.unique(
         np.round(triangles[:, :, :2].reshape(-1, 2), 9), axis=0, return_inverse=True
@@ -158,15 +171,60 @@ def _within(points: Array, edges: Array) -> NDArray[np.bool_]:
     return np.asarray(crossing.sum(axis=1) % 2 == 1)
 
 
-def _spread(edges: Array) -> Array:
-    """Points on the outline at about even distances, corners of long edges among them."""
-    begin, end = edges.transpose(1, 0, 2)
-    length = np.linalg.norm(end - begin, axis=1)
-    spacing = length.sum() / _RIM
-    pieces = [
-        a + np.linspace(0.0, 1.0, int(np.ceil(size / spacing)), endpoint=False)[:, np.newaxis]
-        * (b - a)
-        for a, b, size in zip(begin, end, length, strict=True)
-    ]  # fmt: skip
-    points = np.concatenate(pieces)
-    return points[:: max(1, len(points) // (2 * _RIM))]
+def likeness(ours: Array, theirs: Array) -> Array:
+    """
+    How much shapes are alike, -1 to 1.
+
+    Parameters
+    ----------
+    ours : array, shape (m, n)
+        At the points of a free surface.
+    theirs : array, shape (m, k)
+        At those of the same or of another one.
+
+    Returns
+    -------
+    array, shape (n, k)
+        Cosines of the angles between them.
+    """
+    area = np.append(0.0, np.repeat(np.arange(1.0, _RINGS + 1.0), _AROUND))[:, np.newaxis]
+    area[-_AROUND:] /= 2.0
+    a, b = (part / np.sqrt(np.sum(area * part**2, axis=0)) for part in (ours, theirs))
+    return np.asarray(a.T @ (area * b))
+
+
+def _rim(edges: Array, half: Array) -> Array:
+    """Points of the outline that are seen from O, the farthest in each direction, shape (q, 2)."""
+    angle = 2.0 * np.pi * np.arange(_RIM * _AROUND) / (_RIM * _AROUND)
+    ray = half * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    begin, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+
+    def cross(a: Array, b: Array) -> Array:
+        return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+    # begin + share way = reach ray
+    across = cross(ray[:, np.newaxis], way)
+    safe = np.where(across == 0.0, np.inf, across)
+    share, reach = cross(begin, ray[:, np.newaxis]) / safe, cross(begin, way) / safe
+    hit = (share >= -_ROUNDING) & (share <= 1.0 + _ROUNDING)
+    rim = np.where(hit, reach, 0.0).max(axis=1, initial=0.0)[:, np.newaxis] * ray
+    unseen = ~rim.any(axis=1)
+    rim[unseen] = _nearest(rim[unseen], begin, way)
+    return np.asarray(rim)
+
+
+def _rings(edges: Array, rim: Array) -> Array:
+    """Points of rings between O and the outline, O first, shape (m, 2)."""
+    inner = np.linspace(0.0, 1.0, _RINGS + 1)[1:-1, np.newaxis, np.newaxis] * rim
+    inner = np.concatenate([np.zeros((1, 2)), inner.reshape(-1, 2)])
+    dry = ~_within(inner, edges)
+    inner[dry] = _nearest(inner[dry], edges[:, 0], edges[:, 1] - edges[:, 0])
+    return np.concatenate([inner, rim])
+
+
+def _nearest(points: Array, begin: Array, way: Array) -> Array:
+    """Nearest points on edges."""
+    share = np.sum((points[:, np.newaxis] - begin) * way, axis=2) / np.sum(way**2, axis=1)
+    feet = begin + np.clip(share, 0.0, 1.0)[..., np.newaxis] * way
+    away = np.sum((feet - points[:, np.newaxis]) ** 2, axis=2)
+    return np.asarray(feet[np.arange(len(points)), away.argmin(axis=1)])

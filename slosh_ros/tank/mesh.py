@@ -199,6 +199,7 @@ class MeshTank:
         """
         is_full = depth == self.height
         cut = self._cut(depth) if is_full else self._one_pool(depth)
+        corners = cut.points[np.unique(cut.wall)]
         points, wall, loops = refined(cut.points, cut.wall, cut.loops, size)
         cut = Cut(points, wall, loops, np.zeros(len(wall), dtype=np.intp))
         wide = max(size, float(np.sqrt(cut.surface[0] / _FREE)))
@@ -222,7 +223,9 @@ class MeshTank:
                 parts[number[a], number[b]] = list(level[inner])
         centre = _centre(cut)
         return LiquidSurface(
-            split_edges(points, wall, parts) - centre, np.concatenate(free) - centre
+            split_edges(points, wall, parts) - centre,
+            np.concatenate(free) - centre,
+            corners - centre,
         )
 
 

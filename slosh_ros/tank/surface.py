@@ -59,10 +59,13 @@ class LiquidSurface:
         Corners of the triangles of the wetted wall [m].
     free : array, shape (m, 3, 3)
         Corners of those of the mean free surface, z = 0 [m].
+    corners : array, shape (k, 3), or None
+        Of the wall, those alone that its shape needs [m]; None: all of them.
     """
 
     wall: Array
     free: Array
+    corners: Array | None = None
 
     @property
     def triangles(self) -> Array:

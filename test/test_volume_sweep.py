@@ -1,0 +1,169 @@
+"""Modes of tanks of any shape over the fill: followed by likeness, tabulated, changed live."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drives import START
+
+from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
+from slosh_ros.engine import fill as engine_fill
+from slosh_ros.errors import InputError
+from slosh_ros.hydro import coefficients_of, table_cache, volume, volume_sweep
+from slosh_ros.hydro.fill_table import FillTable, Start
+from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
+from slosh_ros.hydro.volume_sweep import VolumeSweep
+from slosh_ros.tank import Capsule, MeshTank, cylinder_x, rectangular
+
+LENGTH, WIDTH, HEIGHT = 3.0, 1.2, 1.0
+BOX = rectangular(LENGTH, WIDTH, HEIGHT)
+FEW = VolumeResolution(cells=1.4, degree=3, triangles=800, grids=0)
+FILLS = (0.02, 0.17, 0.55, 0.9)
+
+
+def box_mesh() -> MeshTank:
+    """Twelve triangles."""
+    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) / 2.0
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    faces = [[a, b, c] for a, b, c, _ in quads] + [[a, c, d] for a, _, c, d in quads]
+    return MeshTank(corners * [LENGTH, WIDTH, HEIGHT], np.array(faces))
+
+
+@cache
+def heads() -> Capsule:
+    tank = cylinder_x(1.2, 4.0, 0.6)
+    assert isinstance(tank, Capsule)
+    return tank
+
+
+@cache
+def box_table() -> FillTable:
+    """From x1 and y1, with the lowest mode of yaw."""
+    tank = box_mesh()
+    sweep = VolumeSweep(tank, tank.height, Start(2, tank.depth(0.3)), FEW)
+    return FillTable(tank, (), None, 1e-4, sweep.at).build()
+
+
+@cache
+def heads_sweep() -> VolumeSweep:
+    tank = heads()
+    return VolumeSweep(tank, tank.height, Start(5, tank.depth(0.5), all_kinds=False), FEW)
+
+
+@pytest.mark.parametrize('fill', FILLS)
+def test_table_of_a_mesh_agrees_with_the_closed_form_of_its_shape(fill: float) -> None:
+    """Frequencies, scale, moved masses and inertia, over fills that were not solved for."""
+    table = box_table()
+    found = table.at(fill, 850.0)
+    exact = coefficients_of(BOX, BOX.depth(fill), 850.0, 12)
+    order = [exact.names.index(name) for name in found.names]
+    assert found.names[:2] == ('x1', 'y1')
+    assert set(found.names) == {'x1', 'y1', 'x1y1'}
+    assert found.omega == pytest.approx(exact.omega[order], rel=3e-4)
+    assert found.mass_moved == pytest.approx(
+        exact.mass_moved[order], rel=1e-3, abs=1e-5 * found.mass
+    )
+    assert found.mu == pytest.approx(exact.mu[order], rel=3e-3)
+    assert np.abs(found.coupling) == pytest.approx(
+        np.abs(exact.coupling[order]), rel=3e-3, abs=1e-3 * np.abs(exact.coupling).max()
+    )
+    assert found.inertia_stokes_joukowski == pytest.approx(
+        exact.inertia_stokes_joukowski, rel=1e-3, abs=1e-3 * exact.inertia_stokes_joukowski.max()
+    )
+
+
+def test_table_states_what_it_misses_solutions_by() -> None:
+    """Against solutions at other fills by the same grids."""
+    table = box_table()
+    assert table.error <= 1e-4
+    assert table.solutions <= 24
+    tank = box_mesh()
+    sweep = VolumeSweep(tank, tank.height, Start(2, tank.depth(0.3)), FEW)
+    for fill in (0.06, 0.8):
+        found, solved = table.at(fill, 1.0), sweep.at(tank.depth(fill))
+        assert found.omega == pytest.approx(solved.omega, rel=1e-4)
+        moved = solved.mass_moved
+        assert found.mass_moved == pytest.approx(moved, rel=0.0, abs=1e-4 * moved.max())
+
+
+def test_modes_keep_their_names_where_their_frequencies_cross() -> None:
+    """With heads x3 is faster than y1 at half full, and slower when it is all but full."""
+    half, full = (heads_sweep().at(heads().depth(fill)) for fill in (0.5, 0.98))
+    assert half.names == full.names
+    x1, x3, y1 = map(half.names.index, ('x1', 'x3', 'y1'))
+    assert half.omega[x3] > half.omega[y1]
+    assert full.omega[x3] < full.omega[y1]
+    for c in (half, full):
+        surge, sway = np.abs(c.coupling[:, 0]), np.abs(c.coupling[:, 1])
+        assert sway[[x1, x3]].max() < 1e-9 * sway[y1]
+        assert surge[y1] < 1e-9 * surge[x1]
+    alone = volume_coefficients(heads(), heads().depth(0.98), 1.0, 2, FEW)
+    assert alone.names == ('x1', 'x3')
+    assert full.omega[[x1, x3]] == pytest.approx(alone.omega, rel=1e-3)
+
+
+def test_signs_go_on_from_fill_to_fill() -> None:
+    """At the start it is that of the solver; then no mode turns over."""
+    fills = (0.98, 0.75, 0.5, 0.25)
+    rows = [heads_sweep().at(heads().depth(fill)).coupling[[0, 1], [0, 1]] for fill in fills]
+    assert np.all(np.array(rows) < 0.0)
+
+
+def test_a_fill_that_is_changed_live_goes_on_without_a_jump(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The wrench of a settled liquid: from the solution to the table, and up to full."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    monkeypatch.setattr(table_cache, 'SWEPT_TOLERANCE', 2e-2)
+    monkeypatch.setattr(volume_sweep, 'VolumeSweep', partial(VolumeSweep, resolution=FEW))
+    monkeypatch.setattr(
+        volume, 'volume_coefficients', partial(volume_coefficients, resolution=FEW)
+    )
+    monkeypatch.setattr(engine_fill, '_sweep', engine_fill._sweep.__wrapped__)
+    config = SloshConfig.from_parameters(
+        {
+            'tank.shape': 'cylinder_x', 'tank.length': 4.0, 'tank.radius': 1.2,
+            'tank.head_depth': 0.6, 'tank.fill_ratio': 0.6, 'tank.modes': 2,
+            'tank.damping_ratio': 0.3,
+        }
+    )  # fmt: skip
+    engine = SloshEngine(config)
+    force, count = [0.3, 0.2, 9.81], 0
+
+    def after(seconds: float) -> np.ndarray:
+        nonlocal count
+        for _ in range(round(seconds / 0.05)):
+            count += 1
+            stamp = START + count * 50_000_000
+            _, loads = engine.feed(MotionSample.from_imu(stamp, force, [0.0] * 3))
+        assert loads is not None
+        return np.asarray(loads.total)
+
+    before = after(20.0)
+    engine.prepare_fills()
+    assert len(list((tmp_path / 'slosh_ros').glob('fill-*.npz'))) == 1
+    engine.set_fill('tank', 0.6 * (1.0 + 1e-7))
+    assert np.abs(after(0.05) - before).max() < 5e-3 * np.abs(before).max()
+    assert {'x1', 'y1'} <= set(engine.tanks[0].coefficients.names)
+    last = after(0.05)
+    for fill in np.linspace(0.6, 0.995, 80)[1:].tolist():
+        engine.set_fill('tank', fill)
+        now = after(0.1)
+        assert np.abs(now - last).max() < 0.02 * np.abs(last).max()
+        last = now
+        assert now[2] == pytest.approx(-1000.0 * heads().volume * fill * 9.81, rel=1e-6)
+    engine.set_fill('tank', 1.0)
+    assert after(0.1)[2] == pytest.approx(-1000.0 * heads().volume * 9.81, rel=1e-4)
+
+
+def test_a_mode_that_cannot_be_followed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here nothing is ever enough of a likeness."""
+    monkeypatch.setattr(volume_sweep, '_LEAST', 1.5)
+    monkeypatch.setattr(volume_sweep, '_SURE', 1.5)
+    tank = box_mesh()
+    sweep = VolumeSweep(tank, tank.height, Start(1, 0.5, all_kinds=False), FEW)
+    with pytest.raises(InputError, match='the mode x1 cannot be followed from a depth'):
+        sweep.at(0.505)
