@@ -86,7 +86,7 @@ def test_another_tank_mode_point_or_source_has_another_table(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def key(tank: object = BALL, names: object = NAMES, points: object = POINTS) -> str:
-        return table_cache._key(tank, names, points)  # type: ignore[arg-type]
+        return table_cache._key((tank, names), points)  # type: ignore[arg-type]
 
     keys = [key(), key(replace(BALL, radius=np.nextafter(0.7, 1.0))), key(names=('x1',))]
     keys += [key(names=('x1y1',)), key(points=None), key(points=POINTS * [1.0, 1.0, -1.0])]

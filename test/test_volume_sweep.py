@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 from drives import START
 
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
@@ -15,8 +16,11 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro import coefficients_of, table_cache, volume, volume_sweep
 from slosh_ros.hydro.fill_table import FillTable, Start
 from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
+from slosh_ros.hydro.volume_modes import symmetries
+from slosh_ros.hydro.volume_surface import FreeSurface
 from slosh_ros.hydro.volume_sweep import VolumeSweep
-from slosh_ros.tank import Capsule, MeshTank, cylinder_x, rectangular
+from slosh_ros.tank import Capsule, MeshTank, cylinder_x, mesh, rectangular
+from slosh_ros.tank.surface import LiquidSurface
 
 LENGTH, WIDTH, HEIGHT = 3.0, 1.2, 1.0
 BOX = rectangular(LENGTH, WIDTH, HEIGHT)
@@ -157,6 +161,34 @@ def test_a_fill_that_is_changed_live_goes_on_without_a_jump(
         assert now[2] == pytest.approx(-1000.0 * heads().volume * fill * 9.81, rel=1e-6)
     engine.set_fill('tank', 1.0)
     assert after(0.1)[2] == pytest.approx(-1000.0 * heads().volume * 9.81, rel=1e-4)
+
+
+def test_another_density_changes_what_has_a_mass() -> None:
+    light, heavy = (coefficients_of(BOX, 0.4, density, 3) for density in (850.0, 1700.0))
+    found = light.weighing(1700.0)
+    for part in ('omega', 'mu', 'coupling', 'inertia_stokes_joukowski', 'mass'):
+        assert getattr(found, part) == pytest.approx(getattr(heavy, part), rel=1e-14)
+
+
+def test_walls_between_pieces_of_a_surface_are_told() -> None:
+    """Two squares one before the other, and side by side."""
+    square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    piece = square[[[0, 1, 2], [0, 2, 3]]]
+    ahead, beside = (np.concatenate([piece - away, piece]) for away in np.diag([1.3, 1.3, 0])[:2])
+    assert FreeSurface.of(ahead).gaps == ()
+    ((left, right),) = FreeSurface.of(beside).gaps
+    assert (left, right) == pytest.approx((-0.3, 0.0))
+
+
+def test_the_symmetry_of_a_mesh_is_seen_through_its_triangles() -> None:
+    """The shipped tanker is symmetric, whatever corners its free surface puts on the wall."""
+    pytest.importorskip('trimesh')
+    tank = mesh(str(REPOSITORY / 'config' / 'meshes' / 'oval_tanker.stl'), 0.001)
+    surface = tank.liquid_surface(tank.depth(0.4), 0.2)
+    assert symmetries(surface) == (True, True)
+    corners = surface.wall + np.where(surface.wall[..., :1] > 2.0, [0.0, 0.01, 0.0], 0.0)
+    moved = LiquidSurface(corners, surface.free)
+    assert symmetries(moved) == (False, False)
 
 
 def test_a_mode_that_cannot_be_followed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -389,6 +389,7 @@ def _depth(p: Values, name: str, tank: Tank) -> float:
     if not (low <= ratio <= high or ratio in (0.0, 1.0)):
         raise InputError(
             f'{key} fills {ratio:.2%} of the tank; it must fill from {low:.0%} to {high:.0%}, '
-            'or be empty or full'
+            'or be empty or full: no waves are computed of a film or around a bubble; a node may '
+            'pass through while it is filled or drained, and lets those of the last fill fade'
         )
     return depth if key == depth_key else tank.depth(ratio)

@@ -198,8 +198,12 @@ class LiveFill:
             if self._followed is None:
                 from slosh_ros.hydro.volume_sweep import VolumeSweep
 
-                first = replace(self._first, all_kinds=False)
-                self._followed = VolumeSweep(config.tank, config.tank.height, first)
+                self._followed = VolumeSweep(
+                    config.tank,
+                    config.tank.height,
+                    replace(self._first, all_kinds=False),
+                    first=self._start if names else None,
+                )
             return self._followed.at(depth).weighing(config.density)
         if not names:
             half = config.tank.depth(HALF)

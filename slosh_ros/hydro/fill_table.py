@@ -218,6 +218,8 @@ class FillTable:
         self.tank, self.names = tank, tuple(names)
         self._solve = solve or self._by_route
         self._most = _SOLUTIONS if solve is None else _DEAR_SOLUTIONS
+        # the 3-D route knows the highest point of a wave no better than any
+        self._of_scale = 1.0 if solve is None else _HEIGHTS
         self._points = np.zeros((0, 3)) if points is None else points
         self._tolerance = tolerance
         self.solutions = 0
@@ -245,7 +247,8 @@ class FillTable:
         """
         Largest error of log omega, and of couplings and inertias over the largest of their kind.
 
-        Heights of waves at single points, over the highest, may miss by 20 times as much. It is
+        Heights of waves at single points, over the highest, may miss by 20 times as much; of tanks
+        of any shape so may the highest itself, the scale that mu and lambda have in common. It is
         that of each interval before its last node, which is more than what is left.
         """
         return max((part.error for part in self._done), default=np.inf)
@@ -318,7 +321,7 @@ class FillTable:
             crests * unit,
             c.surface_shapes * unit,
             c.surface_points,
-            np.array(c.surface_gaps).reshape(-1, 2),
+            np.array(c.surface_gaps if self._solve == self._by_route else ()).reshape(-1, 2),
         )
         sizes = tuple(part.shape for part in parts)
         values = np.concatenate([part.ravel() for part in parts])
@@ -349,7 +352,8 @@ class FillTable:
                 errors.append(float(away.max() / np.abs(b).max()))
             elif k == 4:  # the scale of mu and lambda; crests right at the wall follow slowly
                 highest = _highest(b)
-                errors.append(float(np.abs(_highest(a) / highest - 1.0).max()))
+                scale = float(np.abs(_highest(a) / highest - 1.0).max())
+                errors.append(self._of_scale * scale)
                 errors.append(_HEIGHTS * float((away.max(axis=(0, 1)) / highest).max()))
         return max(errors)
 

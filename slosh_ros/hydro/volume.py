@@ -231,6 +231,7 @@ def volume_coefficients(
         wall_friction=friction / (2.0 * kappa),
         surface_points=free.points,
         surface_shapes=shapes * scale,
+        surface_gaps=free.gaps,
         crests=np.ones((1, 1, count)),
         potentials=replace(potentials, psi=potentials.psi * scale),
         error=error + flat if resolution.grids else None,

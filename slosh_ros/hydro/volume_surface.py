@@ -34,12 +34,15 @@ class FreeSurface:
         Points x, y of a lattice on the box around it, x by rows [m].
     inside : array of bool, shape (k, k)
         Which of these are within the outline.
+    gaps : tuple of (float, float)
+        From which y to which y there is a wall between pieces [m].
     """
 
     points: Array
     rim: Array
     lattice: Array
     inside: NDArray[np.bool_]
+    gaps: tuple[tuple[float, float], ...] = ()
 
     @classmethod
     def of(cls, triangles: Array) -> FreeSurface:
@@ -60,7 +63,7 @@ class FreeSurface:
         within = lattice + 1e-6 * ((low + high) / 2.0 - lattice)
         inside = _within(within.reshape(-1, 2), edges).reshape(lattice.shape[:2])
         rim = _rim(edges, (high - low) / 2.0)
-        return cls(_rings(edges, rim[::_RIM]), rim, lattice, inside)
+        return cls(_rings(edges, rim[::_RIM]), rim, lattice, inside, _gaps(edges))
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -191,6 +194,15 @@ def likeness(ours: Array, theirs: Array) -> Array:
     area[-_AROUND:] /= 2.0
     a, b = (part / np.sqrt(np.sum(area * part**2, axis=0)) for part in (ours, theirs))
     return np.asarray(a.T @ (area * b))
+
+
+def _gaps(edges: Array) -> tuple[tuple[float, float], ...]:
+    """Intervals of y between those of the outlines of pieces, which are closed."""
+    side = np.sort(edges[:, :, 1], axis=1)
+    begin, end = side[np.argsort(side[:, 0])].T
+    so_far = np.maximum.accumulate(end)[:-1]
+    apart = begin[1:] > so_far + _ROUNDING
+    return tuple(zip(so_far[apart].tolist(), begin[1:][apart].tolist(), strict=True))
 
 
 def _rim(edges: Array, half: Array) -> Array:

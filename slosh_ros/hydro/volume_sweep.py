@@ -42,6 +42,8 @@ class VolumeSweep:
         Its modes.
     resolution : VolumeResolution
         Size of the discrete problems.
+    first : ModalCoefficients, optional
+        The modes at the start, if they are known.
     """
 
     def __init__(
@@ -50,10 +52,11 @@ class VolumeSweep:
         height: float,
         start: Start,
         resolution: VolumeResolution = DEFAULT,
+        first: ModalCoefficients | None = None,
     ) -> None:
         self._tank, self._height, self._start = tank, height, start
         self._resolution = resolution
-        self._known: dict[float, ModalCoefficients] = {}  # by depth
+        self._known = {} if first is None else {start.depth: first.weighing(1.0)}  # by depth
 
     def at(self, depth: float) -> ModalCoefficients:
         """
