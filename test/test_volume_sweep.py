@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from functools import cache, partial
 from pathlib import Path
 
@@ -84,6 +85,8 @@ def test_table_states_what_it_misses_solutions_by() -> None:
     table = box_table()
     assert table.error <= 1e-4
     assert table.solutions <= 24
+    sent = pickle.loads(pickle.dumps(table))  # by the process that has built it
+    assert np.array_equal(sent.at(0.4, 850.0).coupling, table.at(0.4, 850.0).coupling)
     tank = box_mesh()
     sweep = VolumeSweep(tank, tank.height, Start(2, tank.depth(0.3)), FEW)
     for fill in (0.06, 0.8):
@@ -126,6 +129,7 @@ def test_a_fill_that_is_changed_live_goes_on_without_a_jump(
     monkeypatch.setattr(
         volume, 'volume_coefficients', partial(volume_coefficients, resolution=FEW)
     )
+    monkeypatch.setattr(engine_fill, 'apart', engine_fill._here)
     monkeypatch.setattr(engine_fill, '_sweep', engine_fill._sweep.__wrapped__)
     config = SloshConfig.from_parameters(
         {

@@ -52,7 +52,7 @@ _SPARSE = 2  # of so many samples of the crests one is enough: they are dense at
 _FIRST = 4  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
-_DEAR_SOLUTIONS = 40  # nor after these, where each takes seconds
+_DEAR = 32  # nodes of the only interval of a tank of any shape: each takes seconds
 _CORNERS = 40  # at most so many levels of corners, the sharpest, are ends of intervals
 _BLUNT = 0.02  # [rad] a corner that turns the wall by less is none
 _CANDIDATES = 201  # places for a new node
@@ -217,7 +217,7 @@ class FillTable:
     ) -> None:
         self.tank, self.names = tank, tuple(names)
         self._solve = solve or self._by_route
-        self._most = _SOLUTIONS if solve is None else _DEAR_SOLUTIONS
+        self._dear = solve is not None
         # the 3-D route knows the highest point of a wave no better than any
         self._of_scale = 1.0 if solve is None else _HEIGHTS
         self._points = np.zeros((0, 3)) if points is None else points
@@ -275,7 +275,7 @@ class FillTable:
         part.add(node)
         if len(part.nodes) > _FIRST and part.error <= self._tolerance:
             self._close()
-        elif len(part.nodes) >= _MOST:
+        elif len(part.nodes) >= (_DEAR if self._dear else _MOST):
             self._halve()
 
     def _close(self) -> None:
@@ -290,7 +290,7 @@ class FillTable:
 
     def _halve(self) -> None:
         part = self._open[0]
-        if self.solutions > self._most:
+        if self._dear or self.solutions > _SOLUTIONS:
             self._close()
             return
         middle = min(

@@ -41,7 +41,7 @@ from slosh_ros.tank.uniform import LiquidAtRest
 # liquid exceeds this; below, a coupling cannot be told from the error of its mode.
 COUPLING_SHARE = 1e-7
 
-_TARGET = 1e-4  # change by finer cells along one axis that calls for no finer ones
+_TARGET = 5e-5  # change by finer cells along one axis that calls for no finer ones
 _FINER = 1.6  # by which cells are smaller than the ones before
 _FULL = 300  # cells of the grid in a full tank
 _LARGEST = 4500  # functions of a grid; the cost goes with the third power
@@ -87,7 +87,7 @@ class VolumeResolution:
 
     cells: float = 2.2
     degree: int = 4
-    triangles: int = 16000
+    triangles: int = 20000
     grids: int = 10
 
 
