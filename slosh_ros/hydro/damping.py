@@ -59,8 +59,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
@@ -216,7 +216,7 @@ def laminar_wave(omega: float, depth: float, viscosity: float) -> float:
         Kinematic [m^2/s].
     """
     deep = omega**2 * depth / GRAVITY
-    wave_number = brentq(lambda kh: kh * np.tanh(kh) - deep, 0.0, deep + 1.0)
+    wave_number = scipy.optimize.brentq(lambda kh: kh * np.tanh(kh) - deep, 0.0, deep + 1.0)
     return float(LAMINAR * np.sqrt(viscosity / (2.0 * omega)) * np.tanh(wave_number))
 
 
