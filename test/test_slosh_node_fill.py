@@ -255,6 +255,7 @@ def test_samples_do_not_wait_while_the_liquid_at_other_fills_is_computed(tmp_pat
         assert len(waits) > 30
         assert np.median(waits) < 0.05
         assert not psutil.wait_procs(workers, TIMEOUT)[1]
+        node.wait_for('the liquid of tank is interpolated over the fill to ')
 
 
 def test_a_node_that_ends_while_it_computes_leaves_no_process(tmp_path: Path):

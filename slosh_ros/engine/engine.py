@@ -164,6 +164,22 @@ class SloshEngine:
             if fill.changeable:
                 fill.prepare(elsewhere=True)
 
+    def fill_errors(self) -> dict[str, tuple[float, float]]:
+        """
+        Return how far coefficients at other fills are known, of tanks that are interpolated.
+
+        Returns
+        -------
+        dict
+            By the name of the tank, largest relative error of the interpolation against solutions,
+            and of these as far as they tell (else 0); nothing before :meth:`prepare_fills`.
+        """
+        return {
+            name: (fill.error, fill.solution_error)
+            for name, fill in self._fills.items()
+            if fill.error
+        }
+
     def checked_fill(self, tank: str, ratio: object) -> float:
         """
         Return a fill that :meth:`set_fill` takes.

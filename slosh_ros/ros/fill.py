@@ -15,12 +15,13 @@ from std_msgs.msg import Float64
 from slosh_ros.engine import SloshEngine
 from slosh_ros.engine.convert import fill_topics
 from slosh_ros.errors import InputError
-from slosh_ros.ros.news import INFO, News
+from slosh_ros.ros.news import INFO, WARNING, News
 
 REFUSED = 'fill refused'
 # Heard from reliable and best-effort sensors of the level alike
 _SENSOR = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _AT_ONCE = 0.05  # [s] in which closed forms are ready
+_COARSE = 1e-3  # error of the coefficients that somebody should know of
 _LATER = 'the liquid at other fills is being computed; this one comes as soon as it is known'
 
 
@@ -62,6 +63,7 @@ class FillInput:
         self.changed = self._following = False
         self._preparation: Thread | None = None
         self._impossible = ''
+        self._told = False  # how good the coefficients at other fills are
         for name, topic in fill_topics(engine).items():
             take = partial(self._on_fill, name)
             node.create_subscription(Float64, f'~/{topic}', take, _SENSOR)
@@ -131,6 +133,8 @@ class FillInput:
         """Hand on what waits, once the liquid is known at every fill."""
         if self._preparation is None or self._preparation.is_alive():
             return
+        if not self._told:
+            self._tell_errors()
         wanted, self._wanted = self._wanted, {}
         for name, ratio in wanted.items():
             try:
@@ -138,6 +142,15 @@ class FillInput:
             except InputError as error:
                 self._untold.add(name)  # a parameter that was set tells of another one
                 self._say_no(error)
+
+    def _tell_errors(self) -> None:
+        self._told = True
+        for name, (error, of_solutions) in self._engine.fill_errors().items():
+            text = f'the liquid of {name} is interpolated over the fill to {error:.1g}'
+            if of_solutions:
+                text += f', between solutions good to {of_solutions:.1g}'
+            level = INFO if error < _COARSE else WARNING
+            self._news.tell(f'error of {name}', text, level)
 
     def _fill(self, name: str, ratio: float) -> None:
         if self._impossible:
