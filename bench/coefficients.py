@@ -7,6 +7,8 @@ size of its problem, beside the section route for the same pipe.
 
 from __future__ import annotations
 
+import os
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +23,7 @@ from slosh_ros.hydro import ModalCoefficients
 from slosh_ros.hydro.section import section_coefficients
 from slosh_ros.hydro.section_mesh import DEFAULT, Resolution
 from slosh_ros.hydro.section_triangles import TriangleResolution
+from slosh_ros.hydro.table_cache import known_table
 from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.tank import (
     Capsule,
@@ -214,6 +217,26 @@ def growth(console: Console) -> list[dict[str, object]]:
     return rows
 
 
+def cached(console: Console) -> list[dict[str, object]]:
+    """Print and return what a fill costs by a table: to build it, to read it, to ask it."""
+    names = section_coefficients(PIPE, PIPE.depth(0.5), DENSITY, MODES).names
+    table = Table('pipe, 12 modes at any fill', 'time [s]')
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ['XDG_CACHE_HOME'] = folder
+        build = _timed(lambda _: known_table(PIPE, names), 0.5)
+        read = min(_timed(lambda _: known_table(PIPE, names), 0.5) for _ in range(REPEATS))
+        found = known_table(PIPE, names)
+    ask = min(_timed(lambda fill: found.at(fill, DENSITY), fill) for fill in 10 * FILLS)
+    what = f'table of {found.solutions} solutions, error {found.error:.0e}'
+    for way, cost in ((f'build the {what}', build), ('from disk', read), ('one fill', ask)):
+        table.add_row(way, f'{cost:.4f}')
+    console.print(table)
+    return [{
+        'case': 'fill table', 'modes': MODES, 'solutions': found.solutions, 'error': found.error,
+        'build_s': build, 'disk_s': read, 'ask_s': ask,
+    }]  # fmt: skip
+
+
 def main() -> list[dict[str, object]]:
     """Print and return first (cold) and best times of every case, and its error in omega."""
     rows: list[dict[str, object]] = []
@@ -234,7 +257,7 @@ def main() -> list[dict[str, object]]:
             })  # fmt: skip
     console = Console(width=100)
     console.print(table)
-    return rows + growth(console)
+    return rows + cached(console) + growth(console)
 
 
 if __name__ == '__main__':
