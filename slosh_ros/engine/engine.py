@@ -152,7 +152,7 @@ class SloshEngine:
         """
         Make :meth:`set_fill` fast in all tanks; takes seconds the first time, in any thread.
 
-        The work is done by a process of its own (:mod:`slosh_ros.apart`), so that the
+        The work is done by a process of its own (`slosh_ros.apart`), so that the
         samples of another thread go on.
 
         Raises
