@@ -20,6 +20,8 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro import coefficients_of
 from slosh_ros.tank import rectangular
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 BOX: dict[str, object] = {

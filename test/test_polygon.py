@@ -22,6 +22,8 @@ from slosh_ros.hydro.section_triangles import TriangleResolution
 from slosh_ros.modal.loads import LoadMatrices
 from slosh_ros.tank import Polygon, UniformTank, cylinder_x, rectangular, section_x
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 SURGE, SWAY, _, ROLL, PITCH, YAW = range(6)

@@ -20,6 +20,8 @@ from slosh_ros.modal import LoadMatrices
 from slosh_ros.modal.pressure import PressureMatrices
 from slosh_ros.tank import Tank, cylinder_x, cylinder_z, rectangular, section_x, sphere
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 DENSITY = 850.0

@@ -25,6 +25,8 @@ from slosh_ros.vehicle import (
 )
 from slosh_ros.vehicle.scenario import Scenario
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 FILES = {p.stem: p for p in sorted((REPOSITORY / 'config' / 'scenarios').glob('*.yaml'))}

@@ -23,6 +23,8 @@ from slosh_ros.tank import (
     section_x,
 )
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 SURGE, SWAY, _, ROLL, PITCH, YAW = range(6)

@@ -17,6 +17,8 @@ from typer.testing import CliRunner
 
 from slosh_ros.cli import app
 
+pytestmark = pytest.mark.dear
+
 SCENARIOS = REPOSITORY / 'config' / 'scenarios'
 HEAD = 't,u,ax,ay,r,z_t,theta_t,phi_t,z_s,theta_s,phi_s,fx,fy,fz,mx,my,mz,elevation_max,ltr,beta_'
 

@@ -22,6 +22,8 @@ from slosh_ros.hydro.volume import (
 from slosh_ros.tank import Capsule, cylinder_x, cylinder_z, rectangular, sphere
 from slosh_ros.tank.surface import LiquidSurface
 
+pytestmark = pytest.mark.dear
+
 Array = NDArray[np.float64]
 
 BOX, PIPE, DRUM = (
