@@ -83,8 +83,6 @@ def test_a_frame_that_does_not_end_in_a_zero_is_left_to_rosbags():
     raw = bytearray(STORE.serialize_cdr(message((1, 2), 'imu_link', [1.0] * 37), KIND))
     raw[12] = 5  # "imu_", then an "l" for the zero; the numbers stay where they are
     assert imu_reading(bytes(raw)) is None
-    with pytest.raises(Exception, match='terminator'):
-        STORE.deserialize_cdr(bytes(raw), KIND)
 
 
 def test_big_endian_is_left_to_rosbags():
