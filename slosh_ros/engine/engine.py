@@ -274,7 +274,7 @@ class SloshEngine:
             return verdict, None
         motion = self.config.unbiased(sample).values
         if self.config.source == 'imu':
-            self._watch_gravity(motion, interval)
+            self._watch_gravity((motion[:3],), (interval,))
         turning: tuple[float, ...] = products(*motion[6:])
         spin = turning[0] + turning[1] + turning[2]
         if self._high_pass is not None:
@@ -352,8 +352,7 @@ class SloshEngine:
         if bias is not None:
             values = values - np.array(bias)
         if self.config.source == 'imu':
-            for row, interval in zip(values[:, :3].tolist(), intervals, strict=True):
-                self._watch_gravity(row, interval)
+            self._watch_gravity(values[:, :3].tolist(), intervals)
         turning = np.stack(products(*values.T[6:]), axis=1)
         motion = np.hstack([values, turning])
         followed = self._acceleration.follow_all(values, intervals)
@@ -382,21 +381,26 @@ class SloshEngine:
             ] += 1
         return gravity
 
-    def _watch_gravity(self, motion: Sequence[float], interval: float) -> None:
+    def _watch_gravity(
+        self, forces: Sequence[Sequence[float]], intervals: Sequence[float]
+    ) -> None:
         """Count a warning while the mean specific force is not gravity, upwards."""
-        x, y, z = motion[:3]
-        if interval == 0.0:
-            self._mean_force, self._mean_over = (x, y, z), 0.0
-            return
-        keep = math.exp(-interval / GRAVITY_MEMORY)
-        mx, my, mz = self._mean_force
-        mx, my, mz = x + keep * (mx - x), y + keep * (my - y), z + keep * (mz - z)
-        self._mean_force = mx, my, mz
-        self._mean_over += interval
+        (mx, my, mz), over = self._mean_force, self._mean_over
         ux, uy, uz = self._upwards
-        error = (mx - ux) ** 2 + (my - uy) ** 2 + (mz - uz) ** 2
-        if self._mean_over > GRAVITY_MEMORY and error > GRAVITY_TOLERANCE**2:
+        wrong = 0
+        for (x, y, z), interval in zip(forces, intervals, strict=True):
+            if interval == 0.0:
+                mx, my, mz, over = x, y, z, 0.0
+                continue
+            keep = math.exp(-interval / GRAVITY_MEMORY)
+            mx, my, mz = x + keep * (mx - x), y + keep * (my - y), z + keep * (mz - z)
+            over += interval
+            if over > GRAVITY_MEMORY:
+                error = (mx - ux) ** 2 + (my - uy) ** 2 + (mz - uz) ** 2
+                wrong += error > GRAVITY_TOLERANCE**2
+        self._mean_force, self._mean_over = (mx, my, mz), over
+        if wrong:
             self.warnings[
                 'mean specific force far from (0, 0, +9.81) m/s^2 in base_link: the IMU must '
                 'include gravity (REP-145), in m/s^2; check imu.rpy'
-            ] += 1
+            ] += wrong

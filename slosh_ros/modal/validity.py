@@ -220,7 +220,8 @@ class TrustWatch:
         static *= self._over_square
         before = self._static
         for now, kept in zip(static, keep, strict=True):
-            np.maximum(before * kept, now, out=now)
+            kept *= before
+            np.maximum(kept, now, out=now)
             before = now
         self._static = before.copy()
         return Instants(self, envelope * self._wave_number, envelope, static, rate_squares)
