@@ -64,12 +64,13 @@ class Listener:
             )
         )
 
-    def next_report(self, text: str, meanwhile: Callable[[], None] = int) -> DiagnosticStatus:
-        """Wait for a report of rollover_node that holds a text, and do something meanwhile."""
+    def next_report(self, text: str, meanwhile: Callable[[], object] = int) -> DiagnosticStatus:
+        """Wait for a report of rollover_node that holds a text; meanwhile, 50 times a second."""
         self.reports.clear()
 
         def told() -> bool:
             meanwhile()
+            self.driver.spin_for(0.02)
             return any(text in report.message for report in self.reports)
 
         self.driver.spin_until(told)
