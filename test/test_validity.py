@@ -10,6 +10,7 @@ import pytest
 from conftest import REPOSITORY
 
 from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine
+from slosh_ros.hydro import coefficients_of
 from slosh_ros.modal.validity import (
     AMPLIFICATION_MAX,
     Criterion,
@@ -175,3 +176,21 @@ def test_a_wave_that_no_forcing_made_has_a_bounded_amplification():
     assert trust.criterion is Criterion.RESONANCE
     steepness = wave_numbers(c.omega, c.liquid.depth).max() * 1e3
     assert trust.value == pytest.approx(AMPLIFICATION_MAX * steepness**2)
+
+
+@pytest.mark.parametrize(('before', 'after'), [(0.5, 0.3), (0.3, 0.5)])
+def test_what_has_driven_the_waves_is_remembered_through_another_fill(before: float, after: float):
+    """After hours, as after seconds: the fill changes how fast it fades, not what it is."""
+    tank = cylinder_x(1.0, 6.0)
+    liquids = [
+        (tank, coefficients_of(tank, tank.depth(fill), 1000.0, 1)) for fill in (before, after)
+    ]
+    one, other = (TrustWatch([liquid]) for liquid in liquids)
+    c = liquids[0][1]
+    high = 0.2 / wave_numbers(c.omega, c.liquid.depth)  # at a steepness of 0.2
+    forcing, still = 0.9 * high * c.omega**2, 0.0 * high
+    assert other.judge([0.0], high, still, 0.01, 0.0).criterion is Criterion.RESONANCE
+    other.start()
+    one.judge([0.0], high, forcing, 5e4, 0.0)
+    other.resume(one)
+    assert other.judge([0.0], high, still, 0.01, 0.0).criterion is Criterion.SLOPE

@@ -46,6 +46,7 @@ AMPLIFICATION_MAX = 30.0  # an ideal liquid rings on for ever: no more than this
 SPIN_LIMIT = 0.1
 _EDGE = 1e-9  # by which the fill may be off the edge of the range for rounding
 _TINY = float(np.finfo(float).tiny)
+_NEVER = math.log(_TINY)  # logarithm of a height that is none
 _CLEARLY = 1.0 - 1e-9  # below a limit, whatever rounds
 
 
@@ -124,17 +125,19 @@ class TrustWatch:
         )
         slowest = [np.full(len(c.omega), c.omega.min(initial=np.inf)) for _, c in liquids]
         self._forget = np.concatenate(slowest) / (-2.0 * math.pi * RESONANCE_MEMORY)
-        self._static: Array = np.zeros(len(self._over_square))
-        self._interval, self._keep = 0.0, np.ones_like(self._static)
+        # Quasi-static heights fade as exp(fading), fading = forget * time. The largest so faded is
+        # that of the logarithms of largest log(height) - fading, whose order time does not change.
+        self._driven: Array = np.full(len(self._over_square), _NEVER)
+        self._time = 0.0  # [s]
 
     def resume(self, other: TrustWatch) -> None:
         """Take over what has driven the same modes at another fill."""
-        if other._static.shape == self._static.shape:
-            self._static[:] = other._static
+        if other._driven.shape == self._driven.shape:
+            self._driven[:], self._time = other._driven + other._forget * other._time, 0.0
 
     def start(self) -> None:
         """Forget what has driven the liquid."""
-        self._static[:] = 0.0
+        self._driven[:], self._time = _NEVER, 0.0
 
     def judge(
         self,
@@ -182,7 +185,12 @@ class TrustWatch:
         return np.asarray(np.all(heights * scales <= limits, axis=1))
 
     def mild_rest(
-        self, steepness: Array, envelope: Array, static: Array, rate_squares: Array
+        self,
+        steepness: Array,
+        envelope: Array,
+        driven: Array,
+        fading: Array,
+        rate_squares: Array,
     ) -> NDArray[np.bool_]:
         """Tell for each of k rows whether `worst` is clearly valid; False decides nothing."""
         slope = steepness.max(axis=1, initial=0.0)
@@ -191,7 +199,7 @@ class TrustWatch:
         mild &= self._shallow.valid
         doubtful = mild & (slope**2 * AMPLIFICATION_MAX >= _CLEARLY * RESONANCE_LIMIT)
         if doubtful.any():
-            floor = np.maximum(static[doubtful], _TINY)
+            floor = np.maximum(np.exp(driven[doubtful] + fading[doubtful]), _TINY)
             amplified = np.minimum(envelope[doubtful], AMPLIFICATION_MAX * floor) / floor
             near = np.max(steepness[doubtful] ** 2 * amplified, axis=1, initial=0.0)
             mild[doubtful] = near < _CLEARLY * RESONANCE_LIMIT
@@ -201,35 +209,40 @@ class TrustWatch:
         self, envelope: Array, driving: Array, interval: float, rate_square: float
     ) -> Trust:
         """Look at one instant, as `judge` does, for all but the height of the waves."""
-        if interval != self._interval:
-            self._interval, self._keep = interval, np.exp(self._forget * interval)
-        static = np.abs(driving)
-        static *= self._over_square
-        self._static *= self._keep
-        np.maximum(self._static, static, out=self._static)
+        self._time += interval
+        fading = self._forget * self._time
+        np.maximum(self._driven, self._logarithm(driving) - fading, out=self._driven)
         steepness: list[float] = (envelope * self._wave_number).tolist()
-        return self.worst(steepness, envelope, self._static, rate_square)
+        return self.worst(steepness, envelope, self._driven, fading, rate_square)
 
     def follow_all(
         self, envelope: Array, driving: Array, intervals: Sequence[float], rate_squares: Array
     ) -> Instants:
         """Look at k instants, one after the other, as `follow` does; arrays of shape (k, n)."""
-        self._interval = 0.0  # of what is kept
-        keep = np.exp(self._forget * np.array(intervals)[:, np.newaxis])
+        times = np.cumsum([self._time, *intervals])[1:]
+        fading = self._forget * times[:, np.newaxis]
+        driven = self._logarithm(driving) - fading
+        np.maximum(driven[0], self._driven, out=driven[0])
+        np.maximum.accumulate(driven, axis=0, out=driven)
+        self._time, self._driven = float(times[-1]), driven[-1].copy()
+        return Instants(self, envelope * self._wave_number, envelope, driven, fading, rate_squares)
+
+    def _logarithm(self, driving: Array) -> Array:
+        """Logarithm of the quasi-static height under a forcing."""
         static = np.abs(driving)
         static *= self._over_square
-        before = self._static
-        for now, kept in zip(static, keep, strict=True):
-            kept *= before
-            np.maximum(kept, now, out=now)
-            before = now
-        self._static = before.copy()
-        return Instants(self, envelope * self._wave_number, envelope, static, rate_squares)
+        static += _TINY
+        return np.asarray(np.log(static, out=static))
 
     def worst(
-        self, steepness: list[float], envelope: Array, static: Array, rate_square: float
+        self,
+        steepness: list[float],
+        envelope: Array,
+        driven: Array,
+        fading: Array,
+        rate_square: float,
     ) -> Trust:
-        """Judge an instant by steepness and envelope of each mode, its static height, the spin."""
+        """Judge an instant by steepness and envelope of the modes, what drove them, the spin."""
         worst, use = self._shallow, self._least
         slope = max(steepness, default=0.0)
         if slope / SLOPE_LIMIT > use:
@@ -238,7 +251,7 @@ class TrustWatch:
         if slope**2 * AMPLIFICATION_MAX / RESONANCE_LIMIT > use:
             for mode, steep in enumerate(steepness):
                 if steep**2 * AMPLIFICATION_MAX / RESONANCE_LIMIT > use:
-                    floor = max(float(static[mode]), _TINY)
+                    floor = max(math.exp(driven[mode] + fading[mode]), _TINY)
                     amplified = min(float(envelope[mode]), AMPLIFICATION_MAX * floor) / floor
                     near = steep**2 * amplified
                     if near / RESONANCE_LIMIT > use:
@@ -258,7 +271,7 @@ class Instants:
     ----------
     watch : TrustWatch
         The watch.
-    steepness, envelope, static : array, shape (k, n)
+    steepness, envelope, driven, fading : array, shape (k, n)
         As `TrustWatch.worst` takes them.
     rate_squares : array, shape (k,)
         Square of the angular rate [rad^2/s^2].
@@ -269,19 +282,24 @@ class Instants:
         watch: TrustWatch,
         steepness: Array,
         envelope: Array,
-        static: Array,
+        driven: Array,
+        fading: Array,
         rate_squares: Array,
     ) -> None:
         self._watch = watch
-        self._seen = steepness, envelope, static, rate_squares
+        self._seen = steepness, envelope, driven, fading, rate_squares
         self.mild = watch.mild_rest(*self._seen)
         """Where the judgement is clearly valid, shape (k,); elsewhere it may be or not."""
 
     def __getitem__(self, place: int) -> Trust:
         """Return the judgement of one instant."""
-        steepness, envelope, static, rate_squares = self._seen
+        steepness, envelope, driven, fading, rate_squares = self._seen
         return self._watch.worst(
-            steepness[place].tolist(), envelope[place], static[place], float(rate_squares[place])
+            steepness[place].tolist(),
+            envelope[place],
+            driven[place],
+            fading[place],
+            float(rate_squares[place]),
         )
 
 
