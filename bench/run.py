@@ -1,4 +1,4 @@
-"""All benches in one run: tables for people, JSON for machines. It takes about five minutes."""
+"""All benches in one run: tables for people, JSON for machines. It takes about ten minutes."""
 
 from __future__ import annotations
 
