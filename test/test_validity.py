@@ -194,3 +194,24 @@ def test_what_has_driven_the_waves_is_remembered_through_another_fill(before: fl
     one.judge([0.0], high, forcing, 5e4, 0.0)
     other.resume(one)
     assert other.judge([0.0], high, still, 0.01, 0.0).criterion is Criterion.SLOPE
+
+
+def test_many_instants_are_judged_as_one_by_one() -> None:
+    """To the last bit where resonance decides, and what has driven the waves fades meanwhile."""
+    tank = cylinder_x(1.0, 6.0)
+    c = coefficients_of(tank, tank.depth(0.5), 1000.0, 3)
+    alone, at_once = (TrustWatch([(tank, c)]) for _ in range(2))
+    rng, count = np.random.default_rng(1), 200
+    intervals = rng.uniform(0.5, 2.0, count).tolist()
+    high = 0.24 / wave_numbers(c.omega, c.liquid.depth)
+    driving = rng.uniform(-1.0, 1.0, (count, 3)) ** 45 * high * c.omega**2
+    envelope = rng.uniform(0.5, 1.0, (count, 3)) * high
+    spin = np.zeros(count)
+    expected = [alone.follow(*row) for row in zip(envelope, driving, intervals, spin, strict=True)]
+    for part in (slice(0, 90), slice(90, count)):
+        found = at_once.follow_all(envelope[part], driving[part], intervals[part], spin[part])
+        trusts = expected[part]
+        assert [found[k] for k in range(len(trusts))] == trusts
+        assert found.mild.tolist() == [trust.valid for trust in trusts]
+    near = [trust for trust in expected if trust.criterion is Criterion.RESONANCE]
+    assert 10 < len(near) < count  # of the rest, the slope decides: they were driven lately
