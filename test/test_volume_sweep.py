@@ -23,9 +23,9 @@ from slosh_ros.hydro.volume_sweep import VolumeSweep
 from slosh_ros.tank import Capsule, MeshTank, cylinder_x, mesh, rectangular
 from slosh_ros.tank.surface import LiquidSurface
 
-LENGTH, WIDTH, HEIGHT = 3.0, 1.2, 1.0
 pytestmark = pytest.mark.dear
 
+LENGTH, WIDTH, HEIGHT = 3.0, 1.2, 1.0
 BOX = rectangular(LENGTH, WIDTH, HEIGHT)
 FEW = VolumeResolution(cells=1.4, degree=3, triangles=800, grids=0)
 FILLS = (0.02, 0.17, 0.55, 0.9)
