@@ -98,9 +98,9 @@ Finer = tuple[float, float, float]
 ONCE: Finer = (1.0, 1.0, 1.0)
 
 
-def _along(finer: Finer, axis: int) -> Finer:
+def _along(finer: Finer, axis: int, by: float = _FINER) -> Finer:
     """Cells that are smaller along one axis."""
-    x, y, z = (n * _FINER if k == axis else n for k, n in enumerate(finer))
+    x, y, z = (n * by if k == axis else n for k, n in enumerate(finer))
     return x, y, z
 
 
@@ -328,7 +328,8 @@ class _Problem:
         """
         Refine along one axis after the other as long as that changes something.
 
-        Tells by how much the last steps, one along each axis, have changed it.
+        Tells by how much the last steps, one along each axis, have changed it. Where there was
+        no room for one, it is the step that a coarser grid was away.
         """
         finer, changes, left = ONCE, [np.inf] * 3, [0, 1, 2]
         for _ in range(self.grids):
@@ -343,6 +344,9 @@ class _Problem:
             if changes[k] > _TARGET:
                 last, finer = found, more
                 left.append(k)
+        for k in np.flatnonzero(np.isinf(changes)).tolist() if self.grids else ():
+            coarse = self.solved(cell, pick, _along(finer, k, 1.0 / _FINER))
+            changes[k] = _difference(coarse, last, self.whole, self.count)
         return last, sum(changes)
 
     def potentials(self, found: _Found, modes: Sequence[_Mode]) -> SplinePotentials:
@@ -428,14 +432,13 @@ def _surfaces(
 ) -> list[tuple[float, LiquidSurface]]:
     """Surfaces of the liquid and their weights: of a smooth tank two sizes, the finer first."""
     rough = tank.liquid_surface(depth, liquid.volume ** (1.0 / 3.0) / 4.0)
+    own = solid_moments(rough.wall).whole
+    if abs(own - liquid.volume) <= 1e-9 * abs(own):  # flat walls: as exact as smaller triangles
+        return [(1.0, rough)]
     area = float(np.linalg.norm(area_vectors(rough.triangles), axis=1).sum())
     size = np.sqrt(2.0 * area / triangles)
-    fine = tank.liquid_surface(depth, size)
-    own = solid_moments(fine.wall).whole
-    if abs(own - liquid.volume) <= 1e-9 * abs(own):  # flat walls
-        return [(1.0, fine)]
-    coarse = tank.liquid_surface(depth, 2.0 * size)
-    other = solid_moments(coarse.wall).whole
+    fine, coarse = (tank.liquid_surface(depth, k * size) for k in (1.0, 2.0))
+    own, other = (solid_moments(surface.wall).whole for surface in (fine, coarse))
     if abs(own - other) <= 1e-9 * abs(own):
         return [(1.0, fine)]
     beyond = float(np.clip((liquid.volume - own) / (own - other), 0.0, 0.5))

@@ -280,16 +280,24 @@ class SplinePotentials:
         where = points.copy()
         for k in np.flatnonzero(self.symmetric):
             where[:, k] = np.abs(where[:, k])
+        at = [axis.at(where[:, k], int(k == slope)) for k, axis in enumerate(self.axes)]
+        counts = tuple(axis.cells for axis in self.axes)
+        cells = tuple(axis.cell(where[:, k]) for k, axis in enumerate(self.axes))
+        number = np.ravel_multi_index(cells, counts)
+        order = np.argsort(number, kind='stable')
+        starts = np.flatnonzero(np.diff(number[order], prepend=-1))
+        weights = columns.reshape(*(axis.functions for axis in self.axes), -1)
         values = np.empty((len(points), columns.shape[1]))
-        x, y, z = (axis.functions for axis in self.axes)
-        # z first: its sums are shared by all points of the same height only, so in chunks
-        for some in np.array_split(np.arange(len(points)), len(points) // 2000 + 1):
-            of_x, of_y, of_z = (
-                axis.at(where[some, k], int(k == slope)) for k, axis in enumerate(self.axes)
+        for some in np.split(order, starts[1:]) if len(order) else []:
+            # the splines that live on the cell of these points
+            own = tuple(
+                np.s_[cell[some[0]] : cell[some[0]] + axis.degree + 1]
+                for cell, axis in zip(cells, self.axes, strict=True)
             )
-            planes = of_x @ columns.reshape(x, -1)
-            lines = np.einsum('py,pyc->pc', of_y, planes.reshape(len(some), y, -1))
-            values[some] = np.einsum('pz,pzc->pc', of_z, lines.reshape(len(some), z, -1))
+            of_x, of_y, of_z = (part[some, live] for part, live in zip(at, own, strict=True))
+            across = (of_x[:, :, np.newaxis] * of_y[:, np.newaxis]).reshape(len(some), -1)
+            products = (across[:, :, np.newaxis] * of_z[:, np.newaxis]).reshape(len(some), -1)
+            values[some] = products @ weights[own].reshape(products.shape[1], -1)
         return values
 
     def _signs(self, points: Array, odd: NDArray[np.bool_]) -> Array:

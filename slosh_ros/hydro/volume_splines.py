@@ -31,6 +31,7 @@ from slosh_ros.tank.surface import LiquidSurface, area_vectors
 
 # Gauss points by the size of a piece, in half cells
 _SIZES, _ORDERS = (0.3, 0.8, 1.3), (3, 5, 7, 13)
+_AT_ONCE = 40_000  # Gauss points
 VALUE, SLOPE, MOMENT = 0, 1, 2  # of a spline v along its axis: v, dv/ds, s v
 
 
@@ -224,9 +225,9 @@ def forms(parts: Sequence[tuple[float, LiquidSurface]], axes: tuple[Axis, Axis, 
     def integral(of_x: int, of_y: int, of_z: int) -> Array:
         total = np.zeros(shape)
         for i, j, own in here:
-            total[own] += np.einsum(
-                'ia,jb,ijk->abk', along[of_x][i], across[of_y][j], up[of_z][i, j], optimize=True
-            )
+            part = up[of_z][i, j]
+            half = (along[of_x][i].T @ part.reshape(len(part), -1)).reshape(-1, *part.shape[1:])
+            total[own] += across[of_y][j].T @ half
         return total.ravel()
 
     n, m = int(np.prod(shape)), int(np.prod(shape[:2]))
@@ -291,22 +292,42 @@ def _moments(triangles: Array, axes: tuple[Axis, ...]) -> Array:
     number = np.ravel_multi_index(cells, counts)
 
     total = np.zeros((*counts, *(degree + 1 for degree in degrees)))
-    groups = np.lexsort([order, number])
-    starts = np.flatnonzero(np.diff(number[groups] * 100 + order[groups], prepend=-1))
-    for group in np.split(groups, starts[1:]) if len(groups) else []:
-        cell = np.unravel_index(number[group[0]], counts)
-        places, weights = points_on(triangles[group], order[group[0]])
-        values = [
-            _legendre(axis.local(places[..., k].ravel(), np.array(c)), degree)
-            for k, (axis, c, degree) in enumerate(zip(axes, cell, degrees, strict=True))
-        ]
-        weighted = values[0] * weights[..., 2].ravel()
-        if len(axes) == 2:
-            total[cell] += weighted @ values[1].T
-        else:
-            plane = (weighted[:, np.newaxis] * values[1]).reshape(-1, weights[..., 2].size)
-            total[cell] -= (plane @ values[2].T).reshape(total.shape[3:])
+    for each in _ORDERS:
+        same = np.flatnonzero(order == each)
+        same = same[np.argsort(number[same], kind='stable')]
+        for some in np.array_split(same, 1 + len(same) * each**2 // _AT_ONCE):
+            _add(total, triangles[some], number[some], each, axes, degrees)
     return total
+
+
+def _add(
+    total: Array,
+    triangles: Array,
+    number: NDArray[np.intp],
+    order: int,
+    axes: tuple[Axis, ...],
+    degrees: list[int],
+) -> None:
+    """Add the moments of triangles, sorted by the number of their cell."""
+    cells = np.unravel_index(number, total.shape[: len(axes)])
+    places, weights = points_on(triangles, order)
+    weight = weights[..., 2].ravel()
+    values = [
+        _legendre(axis.local(places[..., k], cells[k][:, np.newaxis]).ravel(), degrees[k])
+        for k, axis in enumerate(axes)
+    ]
+    values[0] *= weight if len(axes) == 2 else -weight
+    ends = np.append(np.flatnonzero(np.diff(number)) + 1, len(number))
+    begin = 0
+    for end in ends.tolist() if len(number) else []:
+        of_x, of_y, *up = (v[:, begin * order**2 : end * order**2] for v in values)
+        cell = tuple(int(place[begin]) for place in cells)
+        if up:
+            plane = (of_x[:, np.newaxis] * of_y).reshape(-1, of_x.shape[1])
+            total[cell] += (plane @ up[0].T).reshape(total.shape[3:])
+        else:
+            total[cell] += of_x @ of_y.T
+        begin = end
 
 
 def _legendre(place: Array, degree: int) -> Array:
