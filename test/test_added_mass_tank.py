@@ -253,8 +253,10 @@ def test_data_that_do_not_fit(tmp_path: Path, spoil, changes: dict, says: str) -
 
 @pytest.mark.ros
 def test_node_runs_from_a_file_beside_its_parameter_file(folder: Path, tmp_path: Path) -> None:
-    """The first wrench of a braked tank: its feed-through, the same as offline."""
+    """A braked tank, the same as offline; another fill is refused in words, and changes nothing."""
     rig = pytest.importorskip('ros_rig', reason='needs the ROS 2 wheels (make venv)')
+    from std_msgs.msg import Float64
+
     second = 1_000_000_000
     with (
         rig.NodeProcess(
@@ -265,13 +267,26 @@ def test_node_runs_from_a_file_beside_its_parameter_file(folder: Path, tmp_path:
         node.wait_for('ready', 300.0)  # it fits first
         driver.wait_for_node()
         offline = SloshEngine(SloshConfig.from_file(folder / 'box.yaml'))
-        for k in range(5):
+        for k in range(10):
+            if k == 5:
+                fill = driver.node.create_publisher(Float64, 'slosh_node/fill', rig.QOS)
+                driver.spin_until(lambda: fill.get_subscription_count() > 0)
+                for ratio in (0.6, 0.5):  # the one that it has is no other one
+                    fill.publish(Float64(data=ratio))
+                node.wait_for(
+                    'the fill of tank cannot change while it runs: the added mass of '
+                    'tank.added_mass_file is that of one fill; start again with the file of another'
+                )
             force = (-1.0, 0.2, 9.81)
             message = rig.imu(100 * second + k * second // 100, force)
             sloshing, total = driver.exchange(message)
             _, loads = feed_message(offline, message, 0)
             assert rig.wrench_of(sloshing) == loads.wrench.tolist()
             assert rig.wrench_of(total) == loads.total.tolist()
+        seen = rig.diagnostics(driver)
+        assert (seen['fill refused'], seen['tank.fill_ratio']) == ('1', '0.6000')
+        assert seen['tank.released so far [kg]'] == '0.000'
+        assert not node.children  # nothing is being computed
 
 
 def test_its_fill_cannot_change_while_it_runs(folder: Path) -> None:
