@@ -50,14 +50,14 @@ def heads() -> Capsule:
 def box_table() -> FillTable:
     """From x1 and y1, with the lowest mode of yaw."""
     tank = box_mesh()
-    sweep = VolumeSweep(tank, tank.height, Start(2, tank.depth(0.3)), FEW)
+    sweep = VolumeSweep(tank, Start(2, tank.depth(0.3)), FEW)
     return FillTable(tank, (), None, 1e-4, sweep.at).build()
 
 
 @cache
 def heads_sweep() -> VolumeSweep:
     tank = heads()
-    return VolumeSweep(tank, tank.height, Start(5, tank.depth(0.5), all_kinds=False), FEW)
+    return VolumeSweep(tank, Start(5, tank.depth(0.5), all_kinds=False), FEW)
 
 
 @pytest.mark.parametrize('fill', FILLS)
@@ -90,7 +90,7 @@ def test_table_states_what_it_misses_solutions_by() -> None:
     sent = pickle.loads(pickle.dumps(table))  # by the process that has built it
     assert np.array_equal(sent.at(0.4, 850.0).coupling, table.at(0.4, 850.0).coupling)
     tank = box_mesh()
-    sweep = VolumeSweep(tank, tank.height, Start(2, tank.depth(0.3)), FEW)
+    sweep = VolumeSweep(tank, Start(2, tank.depth(0.3)), FEW)
     for fill in (0.06, 0.8):
         found, solved = table.at(fill, 1.0), sweep.at(tank.depth(fill))
         assert found.omega == pytest.approx(solved.omega, rel=1e-4)
@@ -202,6 +202,6 @@ def test_a_mode_that_cannot_be_followed_is_told(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(volume_sweep, '_LEAST', 1.5)
     monkeypatch.setattr(volume_sweep, '_SURE', 1.5)
     tank = box_mesh()
-    sweep = VolumeSweep(tank, tank.height, Start(1, 0.5, all_kinds=False), FEW)
+    sweep = VolumeSweep(tank, Start(1, 0.5, all_kinds=False), FEW)
     with pytest.raises(InputError, match='the mode x1 cannot be followed from a depth'):
         sweep.at(0.505)

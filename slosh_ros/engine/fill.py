@@ -200,7 +200,6 @@ class LiveFill:
 
                 self._followed = VolumeSweep(
                     config.tank,
-                    config.tank.height,
                     replace(self._first, all_kinds=False),
                     first=self._start if names else None,
                 )

@@ -36,9 +36,9 @@ from slosh_ros.hydro.coefficients import (
     peaks,
     still_coefficients,
 )
+from slosh_ros.hydro.corner_levels import corner_levels
 from slosh_ros.hydro.routes import coefficients_of
-from slosh_ros.tank import LiquidAtRest, Polygon, RoundedRectangle, Tank, UniformTank
-from slosh_ros.tank.triangulation import corner_angles
+from slosh_ros.tank import LiquidAtRest, Tank
 
 # Nearly empty and nearly full tanks leave both linear theory and the solvers' accuracy.
 FILL_RANGE = (0.01, 0.99)
@@ -49,14 +49,12 @@ SWEPT_TOLERANCE = 1e-4  # the same, of solutions that are no better themselves
 _HEIGHTS = 0.05  # weight of the error of heights at single points: they may miss by 1e-3
 _SPARSE = 2  # of so many samples of the crests one is enough: they are dense at the ends, and
 # at peaks there goes a parabola through three
-_FIRST = 4  # nodes of an interval before the first is tested
+_FIRST = 3  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
-_DEAR = 32  # nodes of the only interval of a tank of any shape: each takes seconds
-_CORNERS = 40  # at most so many levels of corners, the sharpest, are ends of intervals
-_BLUNT = 0.02  # [rad] a corner that turns the wall by less is none
+_DEAR, _DEAR_LEAST = 32, 6  # nodes of all intervals of a tank of any shape, and of each: they
+# take a second each
 _CANDIDATES = 201  # places for a new node
-_NEAR = 0.01  # [heights] corners that are no farther apart make one level
 _LEVEL = 1e-9  # [heights] what is above the surface by less is at it
 _SAME_PLACE = 2e-3  # [m] by which a point may have been moved into the liquid
 
@@ -225,9 +223,13 @@ class FillTable:
         self.solutions = 0
         self.solution_error = 0.0  # largest that the solutions themselves tell of
         low, high = (self._angle(tank.depth(ratio)) for ratio in FILL_RANGE)
-        corners = sorted(t for t in map(self._angle, _corners(tank)) if low < t < high)
+        corners = sorted(t for t in map(self._angle, corner_levels(tank)) if low < t < high)
         places = [low, *corners, high]
-        self._open = [_Interval(a, b, [], a > low) for a, b in itertools.pairwise(places)]
+        # a wall of triangles that are not parallel has the wave at a corner here or there
+        self._open = [
+            _Interval(a, b, [], a > low and not self._dear) for a, b in itertools.pairwise(places)
+        ]
+        self._most = max(_DEAR // len(self._open), _DEAR_LEAST) if self._dear else _MOST
         self._done: list[_Interval] = []
         self._crossings = self._levels()
         self._crossed: list[_Node] = []
@@ -275,7 +277,7 @@ class FillTable:
         part.add(node)
         if len(part.nodes) > _FIRST and part.error <= self._tolerance:
             self._close()
-        elif len(part.nodes) >= (_DEAR if self._dear else _MOST):
+        elif len(part.nodes) >= self._most:
             self._halve()
 
     def _close(self) -> None:
@@ -578,26 +580,6 @@ def _curve(t: Array, values: Array) -> Callable[[float], Array]:
         return lambda _: values[0]
     spline = scipy.interpolate.make_interp_spline(t, values, k=min(3, len(t) - 1))
     return lambda angle: np.asarray(spline(min(max(angle, t[0]), t[-1])))
-
-
-def _corners(tank: Tank) -> list[float]:
-    """Depths at which the wall of the section has its sharpest corners, rising [m]."""
-    if not isinstance(tank, UniformTank):
-        return []
-    section = tank.section
-    if isinstance(section, RoundedRectangle):
-        return [section.corner_radius, section.height - section.corner_radius]
-    if not isinstance(section, Polygon):
-        return []
-    corners = section.corners
-    turn = np.abs(np.pi - corner_angles(corners))
-    sharpest = np.argsort(-turn)[: np.count_nonzero(turn > _BLUNT)]
-    levels: list[float] = []
-    for z in corners[sharpest, 1] + tank.height / 2.0:
-        apart = min((abs(z - level) for level in levels), default=np.inf)
-        if len(levels) < _CORNERS and apart > _NEAR * tank.height:
-            levels.append(float(z))
-    return sorted(levels)
 
 
 def _parallel_axis(r: Array) -> Array:

@@ -58,7 +58,7 @@ def known_sweep(tank: Capsule | MeshTank, start: Start, points: Array | None = N
     from slosh_ros.hydro.volume_sweep import VolumeSweep
 
     def table() -> FillTable:
-        sweep = VolumeSweep(tank, tank.height, start)
+        sweep = VolumeSweep(tank, start, many=True)
         return FillTable(tank, (), points, SWEPT_TOLERANCE, sweep.at)
 
     return _known((tank, start), points, table)

@@ -83,12 +83,15 @@ class VolumeResolution:
         Of a smooth tank's surface, about.
     grids : int
         Finer grids that are tried at most; without any, the error is not told.
+    along : tuple of int, optional
+        Cells of the only grid along x, y and z, where another fill has told how many are needed.
     """
 
     cells: float = 2.2
     degree: int = 4
     triangles: int = 20000
     grids: int = 10
+    along: tuple[int, int, int] | None = None
 
 
 DEFAULT = VolumeResolution()
@@ -105,6 +108,11 @@ def _along(finer: Finer, axis: int, by: float = _FINER) -> Finer:
 
 
 _ALONG = [_along(ONCE, axis) for axis in range(3)]
+
+
+def fits(cells: Sequence[int], degree: int) -> bool:
+    """Whether a grid of so many cells along x, y and z is no larger than time allows."""
+    return bool(np.prod(np.add(cells, degree)) <= _LARGEST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,16 +194,15 @@ def volume_coefficients(
 
     pick = lowest if isinstance(modes, int) else likes
     shortest = half_waves(modes if isinstance(modes, int) else modes.names, length, width)
-    cell = problem.fitting(width / shortest / resolution.cells)
-    last = problem.solved(cell, pick)
-    flat = problem.flat(last, cell, pick)
-    if last.modes:
-        highest = max(mode.kappa for mode in last.modes[:count])
-        wave = max(highest, np.sqrt(highest / liquid.depth))  # deep, shallow
-        finer = problem.fitting(np.pi / wave / resolution.cells)
-        if finer < _MUCH * cell:
-            cell, last = finer, problem.solved(finer, pick)
-    last, error = problem.refined(last, cell, pick)
+    cell, error = width / shortest / resolution.cells, None
+    if resolution.along is None:
+        last, estimate = problem.settled(cell, pick)
+        error = estimate if resolution.grids else None
+    else:
+        assert isinstance(modes, ModalCoefficients)
+        last = problem.solved(
+            min(cell, problem.cell(float(modes.omega.max()) ** 2 / GRAVITY)), pick
+        )
     last = last._replace(modes=last.modes[:count])
     if len(last.modes) < count:
         raise InputError(
@@ -234,7 +241,7 @@ def volume_coefficients(
         surface_gaps=free.gaps,
         crests=np.ones((1, 1, count)),
         potentials=replace(potentials, psi=potentials.psi * scale),
-        error=error + flat if resolution.grids else None,
+        error=error,
     )
 
 
@@ -255,19 +262,21 @@ class _Problem:
         Volume [m^3] and inertia [m^5] of which the couplings are shares.
     degree : int
         Of the splines.
+    depth : float
+        Of the liquid [m].
+    resolution : VolumeResolution
+        Size of the discrete problem.
     count : int
         Number of modes that errors are told of.
-    grids : int
-        Finer grids that are tried at most.
     """
 
     parts: Sequence[tuple[float, LiquidSurface]]
     outside: LiquidSurface
     symmetric: Parity
     whole: Array
-    degree: int
+    depth: float
+    resolution: VolumeResolution
     count: int
-    grids: int
 
     @classmethod
     def of(
@@ -290,19 +299,26 @@ class _Problem:
             outside=outside,
             symmetric=symmetric,
             whole=whole,
-            degree=resolution.degree,
+            depth=depth,
+            resolution=resolution,
             count=count,
-            grids=resolution.grids,
         )
 
     def grid(self, cell: float, finer: Finer = ONCE) -> tuple[Axis, Axis, Axis]:
         """Grid for waves that need cells of a size [m]."""
-        return grid_around(self.parts[0][1], self.symmetric, cell, self.degree, finer)
+        chosen = self.resolution
+        return grid_around(
+            self.parts[0][1], self.symmetric, cell, chosen.degree, finer, chosen.along
+        )
+
+    def cell(self, kappa: float) -> float:
+        """Size of the cells that waves need [m]."""
+        wave = max(kappa, np.sqrt(kappa / self.depth))  # deep, shallow
+        return float(np.pi / wave / self.resolution.cells)
 
     def fits(self, cell: float, finer: Finer = ONCE) -> bool:
         """Whether a grid has not too many cells."""
-        count = np.prod([axis.functions for axis in self.grid(cell, finer)])
-        return bool(count <= _LARGEST)
+        return fits([axis.cells for axis in self.grid(cell, finer)], self.resolution.degree)
 
     def fitting(self, cell: float) -> float:
         """Size of cells [m], or of larger ones, that can all be refined along one axis."""
@@ -316,6 +332,19 @@ class _Problem:
         found = _Found(axes, families(forms(self.parts, axes), self.symmetric))
         inertia = sum((family.inertia for family in found.families), np.zeros((3, 3)))
         return _Solved(found, pick(found), inertia)
+
+    def settled(self, cell: float, pick: Pick) -> tuple[_Solved, float]:
+        """Solve on as fine a grid as it takes, from cells of a size [m] on; tells the error."""
+        cell = self.fitting(cell)
+        last = self.solved(cell, pick)
+        flat = self.flat(last, cell, pick)
+        if last.modes:
+            highest = max(mode.kappa for mode in last.modes[: self.count])
+            finer = self.fitting(self.cell(highest))
+            if finer < _MUCH * cell:
+                cell, last = finer, self.solved(finer, pick)
+        last, error = self.refined(last, cell, pick)
+        return last, error + flat
 
     def flat(self, solved: _Solved, cell: float, pick: Pick) -> float:
         """Error that extrapolation may leave of that of flat triangles on a smooth wall."""
@@ -332,7 +361,7 @@ class _Problem:
         no room for one, it is the step that a coarser grid was away.
         """
         finer, changes, left = ONCE, [np.inf] * 3, [0, 1, 2]
-        for _ in range(self.grids):
+        for _ in range(self.resolution.grids):
             if not left:
                 break
             k = left.pop(0)

@@ -24,6 +24,7 @@ def grid_around(
     cell: float,
     degree: int,
     finer: Sequence[float] = (1.0, 1.0, 1.0),
+    cells: Sequence[int] | None = None,
 ) -> tuple[Axis, Axis, Axis]:
     """
     Divide the box around a liquid.
@@ -40,10 +41,13 @@ def grid_around(
         Of the splines.
     finer : sequence of float
         By which the cells are smaller than that along x, y and z, wherever they are.
+    cells : sequence of int, optional
+        How many there shall be instead along x, y and z.
     """
     corners, rim = (part.reshape(-1, 3) for part in (surface.triangles, surface.free))
     low, high = corners.min(axis=0), corners.max(axis=0)
     axes, leans = [], False
+    counts = (None, None, None) if cells is None else cells
     for k in range(2):
         whole = 0.0 if symmetric[k] else low[k], high[k]
         top = 0.0 if symmetric[k] else rim[:, k].min(), rim[:, k].max()
@@ -61,13 +65,13 @@ def grid_around(
         size = np.where(outside, (whole[1] - whole[0]) / sides / _FEWEST, waves)
         for end in contact:
             size = np.minimum(size, _AT_CONTACT * waves + _GROWTH * np.abs(place - end))
-        axes.append(Axis(_divided(*whole, size / finer[k]), degree))
+        axes.append(Axis(_divided(*whole, size / finer[k], counts[k]), degree))
         leans |= bool(contact)
 
     place = _places(low[2], 0.0)
     finest = cell * (_AT_CONTACT if leans else 1.0)
     size = np.minimum(finest - _GROWTH * place, -low[2] / _FEWEST_DOWN)
-    return axes[0], axes[1], Axis(_divided(low[2], 0.0, size / finer[2]), degree)
+    return axes[0], axes[1], Axis(_divided(low[2], 0.0, size / finer[2], counts[2]), degree)
 
 
 def _places(low: float, high: float, count: int = 2000) -> Array:
@@ -75,10 +79,9 @@ def _places(low: float, high: float, count: int = 2000) -> Array:
     return low + (high - low) * (np.arange(count) + 0.5) / count
 
 
-def _divided(low: float, high: float, size: Array) -> Array:
-    """Divide an interval into cells of the sizes wished for at its places."""
+def _divided(low: float, high: float, size: Array, cells: int | None = None) -> Array:
+    """Divide an interval into cells of the sizes wished for at its places, or into so many."""
     step = (high - low) / len(size)
     count = np.append(0.0, np.cumsum(step / size))
-    cells = int(np.ceil(count[-1]))
-    ends = np.linspace(0.0, count[-1], cells + 1)
+    ends = np.linspace(0.0, count[-1], (cells or int(np.ceil(count[-1]))) + 1)
     return np.interp(ends, count, np.linspace(low, high, len(size) + 1))

@@ -6,23 +6,31 @@ looks most like it: shapes are compared on rings of points that every free surfa
 fill to the next. Where they are not alike enough, a fill between is solved for first. So a mode
 stays itself where its frequency crosses that of another one, and where it is no longer among the
 lowest.
+
+How fine a grid has to be is tried out at a few fills; those between take as many cells as their
+neighbours have needed. That is several times as fast, and what is left of an error goes on
+smoothly from fill to fill.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import replace
 
 import numpy as np
 
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import ModalCoefficients, mode_name, mode_numbers
-from slosh_ros.hydro.fill_table import Start
-from slosh_ros.hydro.volume import DEFAULT, FillableTank, VolumeResolution, volume_coefficients
+from slosh_ros.hydro.fill_table import FILL_RANGE, Start
+from slosh_ros.hydro.volume import DEFAULT, VolumeResolution, fits, volume_coefficients
+from slosh_ros.hydro.volume_modes import SplinePotentials
 from slosh_ros.hydro.volume_surface import likeness
+from slosh_ros.tank import Capsule, MeshTank
 
 _SURE = 0.8  # likeness of a mode to itself that asks for no fill between
 _LEAST = 0.5  # and what it must have
 _STEP = 0.03  # [rad] between fills that are no farther apart there is none
+_TRY = 0.5  # [rad] between fills at which grids are tried out, at most
 _MORE = 6  # modes beyond those wanted, among which the lowest of each kind are looked for
 _KINDS = (0, 1, 5)  # couplings with surge, sway and yaw
 _COUPLES = 1e-3  # [of the largest] coupling that is one
@@ -34,29 +42,32 @@ class VolumeSweep:
 
     Parameters
     ----------
-    tank : FillableTank
+    tank : Capsule or MeshTank
         The tank.
-    height : float
-        Of the tank [m].
     start : Start
         Its modes.
     resolution : VolumeResolution
         Size of the discrete problems.
     first : ModalCoefficients, optional
         The modes at the start, if they are known.
+    many : bool
+        Whether so many fills will be asked for that grids are tried out at some only.
     """
 
     def __init__(
         self,
-        tank: FillableTank,
-        height: float,
+        tank: Capsule | MeshTank,
         start: Start,
         resolution: VolumeResolution = DEFAULT,
         first: ModalCoefficients | None = None,
+        many: bool = False,
     ) -> None:
-        self._tank, self._height, self._start = tank, height, start
-        self._resolution = resolution
-        self._known = {} if first is None else {start.depth: first.weighing(1.0)}  # by depth
+        self._tank, self._start = tank, start
+        self._resolution, self._many = resolution, many and resolution.grids > 0
+        self._known: dict[float, ModalCoefficients] = {}  # by depth
+        if first is not None:
+            self._known[start.depth] = first.weighing(1.0)
+        self._tried: list[float] = []  # depths at which grids were tried out, rising
 
     def at(self, depth: float) -> ModalCoefficients:
         """
@@ -74,6 +85,16 @@ class VolumeSweep:
         """
         if not self._known:
             self._known[self._start.depth] = self._first()
+        if self._many and not self._tried:
+            low, high = (self._angle(self._tank.depth(ratio)) for ratio in FILL_RANGE)
+            angles = np.linspace(low, high, int(np.ceil((high - low) / _TRY)) + 1)
+            tried = [self._depth(angle) for angle in angles.tolist()]
+            for other in sorted(tried, key=lambda depth: self._apart(depth, self._start.depth)):
+                self._found(other)
+            self._tried = tried
+        return self._found(depth)
+
+    def _found(self, depth: float) -> ModalCoefficients:
         while depth not in self._known:
             nearest = min(self._known, key=lambda known: self._apart(known, depth))
             self._go(nearest, depth)
@@ -82,19 +103,37 @@ class VolumeSweep:
     def _go(self, begin: float, end: float) -> None:
         """Follow the modes from a known depth, half of the way if the whole is too far."""
         known = self._known[begin]
-        found = volume_coefficients(self._tank, end, 1.0, known, self._resolution)
+        resolution, error = self._grid(end)
+        # whether they can be followed so far shows on any grid
+        quick = resolution if resolution.along else replace(resolution, grids=0)
+        found = volume_coefficients(self._tank, end, 1.0, known, quick)
         alike = np.diag(likeness(known.surface_shapes, found.surface_shapes))
         worst = int(alike.argmin())
         if alike[worst] < _SURE and self._apart(begin, end) > _STEP:
-            middle = self._height * np.sin((self._angle(begin) + self._angle(end)) / 4.0) ** 2
-            self._go(begin, float(middle))
-        elif alike[worst] < _LEAST:
+            self._go(begin, self._depth((self._angle(begin) + self._angle(end)) / 2.0))
+            return
+        if alike[worst] < _LEAST:
             raise InputError(
                 f'the mode {known.names[worst]} cannot be followed from a depth of {begin:.4g} m '
                 f'to {end:.4g} m; ask for fewer modes'
             )
-        else:
-            self._known[end] = found
+        if resolution != quick:
+            found = volume_coefficients(self._tank, end, 1.0, found, resolution)
+        self._known[end] = found if error is None else replace(found, error=error)
+
+    def _grid(self, depth: float) -> tuple[VolumeResolution, float | None]:
+        """Size of the discrete problem at a depth, and its error where that is known before."""
+        if not self._tried:
+            return self._resolution, None
+        above = min(max(bisect_left(self._tried, depth), 1), len(self._tried) - 1)
+        sides = sorted(self._tried[above - 1 : above + 1], key=lambda d: self._apart(d, depth))
+        known = [self._known[side] for side in sides]
+        both = np.array([_cells(c) for c in known])
+        x, y, z = both.max(axis=0).tolist()
+        if not fits((x, y, z), self._resolution.degree):
+            x, y, z = both[0].tolist()
+        error = max(c.error or 0.0 for c in known)
+        return replace(self._resolution, along=(x, y, z)), error
 
     def _first(self) -> ModalCoefficients:
         """Solve for the modes where they have their names."""
@@ -127,7 +166,16 @@ class VolumeSweep:
         return volume_coefficients(self._tank, start.depth, 1.0, both, self._resolution)
 
     def _angle(self, depth: float) -> float:
-        return float(2.0 * np.arcsin(np.sqrt(depth / self._height)))
+        return float(2.0 * np.arcsin(np.sqrt(depth / self._tank.height)))
+
+    def _depth(self, angle: float) -> float:
+        return self._tank.height * float(np.sin(angle / 2.0)) ** 2
 
     def _apart(self, a: float, b: float) -> float:
         return abs(self._angle(a) - self._angle(b))
+
+
+def _cells(c: ModalCoefficients) -> tuple[int, ...]:
+    """Cells of a grid along x, y and z."""
+    assert isinstance(c.potentials, SplinePotentials)
+    return tuple(axis.cells for axis in c.potentials.axes)
