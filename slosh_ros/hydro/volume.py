@@ -373,7 +373,7 @@ class _Problem:
             if changes[k] > _TARGET:
                 last, finer = found, more
                 left.append(k)
-        for k in np.flatnonzero(np.isinf(changes)).tolist() if self.grids else ():
+        for k in np.flatnonzero(np.isinf(changes)).tolist() if self.resolution.grids else ():
             coarse = self.solved(cell, pick, _along(finer, k, 1.0 / _FINER))
             changes[k] = _difference(coarse, last, self.whole, self.count)
         return last, sum(changes)
