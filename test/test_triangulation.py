@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from slosh_ros.errors import InputError
-from slosh_ros.tank.triangulation import corner_angles, triangulate
+from slosh_ros.tank.triangulation import corner_angles, inside, triangulate
 
 Array = NDArray[np.float64]
 
@@ -87,6 +87,17 @@ def test_acute_corners_end_and_details_too_small_are_refused() -> None:
 def test_angles_at_corners() -> None:
     found = np.degrees(corner_angles(OUTLINES['two legs']))
     assert found == pytest.approx([90.0, 90.0, 90.0, 90.0, 270.0, 270.0, 90.0, 90.0])
+
+
+def test_points_level_with_a_corner_are_inside() -> None:
+    """Whatever the rounding of the way from one corner to the next."""
+    rng = np.random.default_rng(3)
+    angle = 2.0 * np.pi * np.arange(240) / 240.0
+    for turn in rng.uniform(0.0, 1.0, 10):
+        outline = np.stack([1.7 * np.cos(angle + turn), 0.9 * np.sin(angle + turn)], axis=-1)
+        assert inside([outline], 0.9 * outline).all()
+        assert inside([outline], outline * [0.5, 1.0])[np.abs(outline[:, 1]) < 0.89].all()
+        assert not inside([outline], outline * [1.5, 1.0])[np.abs(outline[:, 0]) > 0.1].any()
 
 
 @pytest.mark.parametrize('name', OUTLINES)

@@ -182,8 +182,8 @@ class MeshTank:
 
         Where its triangles are larger, they are divided, unless they become very many; smaller
         ones stay as they are. Those of the free surface, which is flat, are so large that a
-        thousand or two are enough; if the contact line has very many corners, they are any that
-        join these.
+        thousand or two are enough; if the contact line has very many corners, or some that are very
+        close to each other, they are any that join these.
 
         Parameters
         ----------
@@ -211,11 +211,12 @@ class MeshTank:
         parts: dict[tuple[int, int], list[Array]] = {}
         for outer, holes in cut.pieces:
             rings = [cut.loops[i] for i in (outer, *holes)]
-            flat, triangles = triangulate(
-                points[rings[0], :2],
-                sides if sum(map(len, rings)) < _MANY else None,
-                [points[ring, :2] for ring in rings[1:]],
-            )
+            rim, *within = (points[ring, :2] for ring in rings)
+            try:
+                few = sum(map(len, rings)) < _MANY
+                flat, triangles = triangulate(rim, sides if few else None, within)
+            except InputError:  # corners far closer to each other than triangles are wide
+                flat, triangles = triangulate(rim, None, within)
             level = np.pad(flat, ((0, 0), (0, 1)))
             free.append(level[triangles])
             number = np.concatenate(rings).tolist()

@@ -226,9 +226,10 @@ def inside(outlines: Sequence[Array], points: Array) -> NDArray[np.bool_]:
         The points.
     """
     start = np.concatenate(outlines)
-    way = np.concatenate([np.roll(outline, -1, axis=0) for outline in outlines]) - start
+    end = np.concatenate([np.roll(outline, -1, axis=0) for outline in outlines])
+    way = end - start
     y, z = points.T[..., np.newaxis]
-    across = (start[:, 1] > z) != (start[:, 1] + way[:, 1] > z)
+    across = (start[:, 1] > z) != (end[:, 1] > z)
     rise = np.where(way[:, 1] == 0.0, 1.0, way[:, 1])
     crossing = start[:, 0] + way[:, 0] / rise * (z - start[:, 1])
     return np.asarray(np.count_nonzero(across & (crossing > y), axis=1) % 2 == 1)
