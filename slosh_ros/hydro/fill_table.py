@@ -52,7 +52,7 @@ _SPARSE = 2  # of so many samples of the crests one is enough: they are dense at
 _FIRST = 3  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
-_DEAR, _DEAR_LEAST = 32, 6  # nodes of all intervals of a tank of any shape, and of each: they
+_DEAR, _DEAR_LEAST = 32, 8  # nodes of all intervals of a tank of any shape, and of each: they
 # take a second each
 _CANDIDATES = 201  # places for a new node
 _LEVEL = 1e-9  # [heights] what is above the surface by less is at it

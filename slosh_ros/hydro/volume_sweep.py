@@ -21,6 +21,7 @@ import numpy as np
 
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import ModalCoefficients, mode_name, mode_numbers
+from slosh_ros.hydro.corner_levels import corner_levels
 from slosh_ros.hydro.fill_table import FILL_RANGE, Start
 from slosh_ros.hydro.volume import DEFAULT, VolumeResolution, fits, volume_coefficients
 from slosh_ros.hydro.volume_modes import SplinePotentials
@@ -86,13 +87,22 @@ class VolumeSweep:
         if not self._known:
             self._known[self._start.depth] = self._first()
         if self._many and not self._tried:
-            low, high = (self._angle(self._tank.depth(ratio)) for ratio in FILL_RANGE)
-            angles = np.linspace(low, high, int(np.ceil((high - low) / _TRY)) + 1)
-            tried = [self._depth(angle) for angle in angles.tolist()]
-            for other in sorted(tried, key=lambda depth: self._apart(depth, self._start.depth)):
-                self._found(other)
-            self._tried = tried
+            self._tried = self._try_grids()
         return self._found(depth)
+
+    def _try_grids(self) -> list[float]:
+        """Solve at a few depths as finely as it takes; tells which, rising."""
+        low, high = (self._angle(self._tank.depth(ratio)) for ratio in FILL_RANGE)
+        corners = [self._angle(depth) for depth in corner_levels(self._tank)]
+        angles = {low, high}
+        for angle in np.linspace(low, high, int(np.ceil((high - low) / _TRY)) + 1)[1:-1].tolist():
+            # at a kink the step to another grid does no harm
+            corner = min(corners, key=lambda corner: abs(corner - angle), default=angle)
+            angles.add(corner if abs(corner - angle) < _TRY / 4.0 else angle)
+        depths = [self._depth(angle) for angle in sorted(angles)]
+        for depth in sorted(depths, key=lambda depth: self._apart(depth, self._start.depth)):
+            self._found(depth)
+        return depths
 
     def _found(self, depth: float) -> ModalCoefficients:
         while depth not in self._known:

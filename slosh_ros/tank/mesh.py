@@ -182,8 +182,8 @@ class MeshTank:
 
         Where its triangles are larger, they are divided, unless they become very many; smaller
         ones stay as they are. Those of the free surface, which is flat, are so large that a
-        thousand or two are enough; if the contact line has very many corners, or some that are very
-        close to each other, they are any that join these.
+        thousand or two are enough; if the contact line has very many corners, or some very close
+        to each other, they are any that join these.
 
         Parameters
         ----------
