@@ -15,12 +15,13 @@ from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
 from slosh_ros.engine import fill as engine_fill
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import coefficients_of, table_cache, volume, volume_sweep
+from slosh_ros.hydro.corner_levels import corner_levels
 from slosh_ros.hydro.fill_table import FillTable, Start
 from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.hydro.volume_modes import symmetries
 from slosh_ros.hydro.volume_surface import FreeSurface
 from slosh_ros.hydro.volume_sweep import VolumeSweep
-from slosh_ros.tank import Capsule, MeshTank, cylinder_x, mesh, rectangular
+from slosh_ros.tank import Capsule, MeshTank, cylinder_x, mesh, rectangular, section_x
 from slosh_ros.tank.surface import LiquidSurface
 
 pytestmark = pytest.mark.dear
@@ -29,6 +30,7 @@ LENGTH, WIDTH, HEIGHT = 3.0, 1.2, 1.0
 BOX = rectangular(LENGTH, WIDTH, HEIGHT)
 FEW = VolumeResolution(cells=1.4, degree=3, triangles=800, grids=0)
 FILLS = (0.02, 0.17, 0.55, 0.9)
+HEXAGON = [-0.5, 0.0, 0.5, 0.0, 0.9, 0.5, 0.5, 1.0, -0.5, 1.0, -0.9, 0.5]
 
 
 def box_mesh() -> MeshTank:
@@ -37,6 +39,19 @@ def box_mesh() -> MeshTank:
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     faces = [[a, b, c] for a, b, c, _ in quads] + [[a, c, d] for a, _, c, d in quads]
     return MeshTank(corners * [LENGTH, WIDTH, HEIGHT], np.array(faces))
+
+
+def prism(outline: list[float], length: float) -> MeshTank:
+    """Two triangles on each side of a convex outline, and fans at both ends."""
+    ring = np.array(outline).reshape(-1, 2)
+    ring[:, 1] -= np.ptp(ring[:, 1]) / 2.0
+    n = len(ring)
+    front, rear = (np.insert(ring, 0, x, axis=1) for x in (length / 2.0, -length / 2.0))
+    sides = [[i, j, n + j] for i, j in zip(range(n), [*range(1, n), 0], strict=True)]
+    sides += [[i, n + j, n + i] for i, j in zip(range(n), [*range(1, n), 0], strict=True)]
+    ends = [[n, n + i, n + i + 1] for i in range(1, n - 1)]
+    ends += [[0, i + 1, i] for i in range(1, n - 1)]
+    return MeshTank(np.concatenate([rear, front]), np.array(sides + ends))
 
 
 @cache
@@ -52,6 +67,13 @@ def box_table() -> FillTable:
     tank = box_mesh()
     sweep = VolumeSweep(tank, Start(2, tank.depth(0.3)), FEW)
     return FillTable(tank, (), None, 1e-4, sweep.at).build()
+
+
+@cache
+def hexagon_table() -> FillTable:
+    tank = prism(HEXAGON, 1.0)
+    sweep = VolumeSweep(tank, Start(1, tank.depth(0.3), all_kinds=False), FEW)
+    return FillTable(tank, (), None, 5e-4, sweep.at).build()
 
 
 @cache
@@ -96,6 +118,30 @@ def test_table_states_what_it_misses_solutions_by() -> None:
         assert found.omega == pytest.approx(solved.omega, rel=1e-4)
         moved = solved.mass_moved
         assert found.mass_moved == pytest.approx(moved, rel=0.0, abs=1e-4 * moved.max())
+
+
+def test_levels_of_corners_of_a_mesh_are_those_of_its_section() -> None:
+    found, section = (
+        [corner.depth for corner in corner_levels(tank)]
+        for tank in (prism(HEXAGON, 2.0), section_x(HEXAGON, 2.0))
+    )
+    assert found == pytest.approx(section)
+    pytest.importorskip('trimesh')
+    tank = mesh(str(REPOSITORY / 'config' / 'meshes' / 'oval_tanker.stl'), 0.001)
+    rows = 0.15 + 0.85 * (1.0 - np.cos(np.pi * np.arange(33) / 32.0))  # above the sump
+    depths = np.array([corner.depth for corner in corner_levels(tank)])
+    apart = np.abs(depths[:, np.newaxis] - rows).min(axis=1)
+    assert len(apart) >= 25
+    assert apart.max() < 2e-3
+
+
+@pytest.mark.parametrize('fill', [0.3, 0.46, 0.54, 0.8])
+def test_table_of_a_mesh_with_corners(fill: float) -> None:
+    """Against the other route: at half full frequencies have a kink."""
+    found, shape = hexagon_table().at(fill, 850.0), section_x(HEXAGON, 1.0)
+    exact = coefficients_of(shape, shape.depth(fill), 850.0, found.names)
+    assert found.omega == pytest.approx(exact.omega, rel=2e-4)
+    assert found.mass_moved == pytest.approx(exact.mass_moved, rel=2e-3)
 
 
 def test_modes_keep_their_names_where_their_frequencies_cross() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from slosh_ros.hydro.coefficients import Array
@@ -14,31 +16,40 @@ _NEAR = 0.01  # [heights] corners that are no farther apart make one level
 _LEVEL = 1e-3  # [heights] by which the ends of a level edge may differ
 
 
-def corner_levels(tank: Tank) -> list[float]:
+class CornerLevel(NamedTuple):
     """
-    Find the depths at which the wall has its sharpest corners.
+    A level at which the wall has a corner.
 
-    Returns
-    -------
-    list of float
-        Depths between the bottom and the roof, rising [m].
+    Attributes
+    ----------
+    depth : float
+        Above the bottom [m].
+    turn : float
+        Angle by which the wall turns there [rad].
     """
+
+    depth: float
+    turn: float
+
+
+def corner_levels(tank: Tank) -> list[CornerLevel]:
+    """Find the sharpest corners between the bottom and the roof, rising."""
     if isinstance(tank, MeshTank):
         level, turn = _edges(tank)
     elif isinstance(tank, UniformTank) and isinstance(tank.section, RoundedRectangle):
-        section = tank.section
-        return [section.corner_radius, section.height - section.corner_radius]
+        radius = tank.section.corner_radius
+        return [CornerLevel(radius, 0.0), CornerLevel(tank.height - radius, 0.0)]
     elif isinstance(tank, UniformTank) and isinstance(tank.section, Polygon):
         corners = tank.section.corners
         level, turn = corners[:, 1], np.abs(np.pi - corner_angles(corners))
     else:
         return []
-    sharpest = np.argsort(-turn)[: np.count_nonzero(turn > _BLUNT)]
-    levels: list[float] = []
-    for z in level[sharpest] + tank.height / 2.0:
-        apart = min((abs(z - other) for other in levels), default=np.inf)
+    levels: list[CornerLevel] = []
+    for i in np.argsort(-turn)[: np.count_nonzero(turn > _BLUNT)].tolist():
+        corner = CornerLevel(float(level[i]) + tank.height / 2.0, float(turn[i]))
+        apart = min((abs(corner.depth - other.depth) for other in levels), default=np.inf)
         if len(levels) < _MOST and apart > _NEAR * tank.height:
-            levels.append(float(z))
+            levels.append(corner)
     return sorted(levels)
 
 

@@ -47,13 +47,15 @@ FADING = f'{_ROUTE}, fading'  # route of what is beyond
 TOLERANCE = 5e-5  # [-] of what a new node is missed by
 SWEPT_TOLERANCE = 1e-4  # the same, of solutions that are no better themselves
 _HEIGHTS = 0.05  # weight of the error of heights at single points: they may miss by 1e-3
+_SWEPT_HEIGHTS = 0.01  # the same, where a wall of triangles has highest points here or there
 _SPARSE = 2  # of so many samples of the crests one is enough: they are dense at the ends, and
 # at peaks there goes a parabola through three
 _FIRST = 3  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
-_DEAR, _DEAR_LEAST = 32, 8  # nodes of all intervals of a tank of any shape, and of each: they
+_DEAR, _DEAR_LEAST = 32, 10  # nodes of all intervals of a tank of any shape, and of each: they
 # take a second each
+_SHARP = 0.3  # [rad] a corner that turns the wall by less has no wave of its own
 _CANDIDATES = 201  # places for a new node
 _LEVEL = 1e-9  # [heights] what is above the surface by less is at it
 _SAME_PLACE = 2e-3  # [m] by which a point may have been moved into the liquid
@@ -216,18 +218,18 @@ class FillTable:
         self.tank, self.names = tank, tuple(names)
         self._solve = solve or self._by_route
         self._dear = solve is not None
+        self._of_heights = _HEIGHTS if solve is None else _SWEPT_HEIGHTS
         # the 3-D route knows the highest point of a wave no better than any
-        self._of_scale = 1.0 if solve is None else _HEIGHTS
+        self._of_scale = 1.0 if solve is None else _SWEPT_HEIGHTS
         self._points = np.zeros((0, 3)) if points is None else points
         self._tolerance = tolerance
         self.solutions = 0
         self.solution_error = 0.0  # largest that the solutions themselves tell of
         low, high = (self._angle(tank.depth(ratio)) for ratio in FILL_RANGE)
-        corners = sorted(t for t in map(self._angle, corner_levels(tank)) if low < t < high)
-        places = [low, *corners, high]
-        # a wall of triangles that are not parallel has the wave at a corner here or there
+        turns = {self._angle(depth): turn for depth, turn in corner_levels(tank)}
+        places = [low, *(t for t in turns if low < t < high), high]
         self._open = [
-            _Interval(a, b, [], a > low and not self._dear) for a, b in itertools.pairwise(places)
+            _Interval(a, b, [], turns.get(a, 0.0) > _SHARP) for a, b in itertools.pairwise(places)
         ]
         self._most = max(_DEAR // len(self._open), _DEAR_LEAST) if self._dear else _MOST
         self._done: list[_Interval] = []
@@ -250,8 +252,9 @@ class FillTable:
         Largest error of log omega, and of couplings and inertias over the largest of their kind.
 
         Heights of waves at single points, over the highest, may miss by 20 times as much; of tanks
-        of any shape so may the highest itself, the scale that mu and lambda have in common. It is
-        that of each interval before its last node, which is more than what is left.
+        of any shape by 100 times, and so may the highest itself, the scale that mu and lambda have
+        in common. It is that of each interval before its last node, which is more than what is
+        left.
         """
         return max((part.error for part in self._done), default=np.inf)
 
@@ -356,7 +359,7 @@ class FillTable:
                 highest = _highest(b)
                 scale = float(np.abs(_highest(a) / highest - 1.0).max())
                 errors.append(self._of_scale * scale)
-                errors.append(_HEIGHTS * float((away.max(axis=(0, 1)) / highest).max()))
+                errors.append(self._of_heights * float((away.max(axis=(0, 1)) / highest).max()))
         return max(errors)
 
     # --- storing ---

@@ -93,7 +93,7 @@ class VolumeSweep:
     def _try_grids(self) -> list[float]:
         """Solve at a few depths as finely as it takes; tells which, rising."""
         low, high = (self._angle(self._tank.depth(ratio)) for ratio in FILL_RANGE)
-        corners = [self._angle(depth) for depth in corner_levels(self._tank)]
+        corners = [self._angle(corner.depth) for corner in corner_levels(self._tank)]
         angles = {low, high}
         for angle in np.linspace(low, high, int(np.ceil((high - low) / _TRY)) + 1)[1:-1].tolist():
             # at a kink the step to another grid does no harm
