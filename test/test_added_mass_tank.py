@@ -238,6 +238,7 @@ def makes_energy(data: AddedMass) -> AddedMass:
         (None, {'surface_length': 4.0}, 'its entry 15 tends to'),
         (None, {'liquid_inertia': [500.0, 900.0, 1300.0]}, 'check liquid_inertia'),
         (None, {'added_mass_first_column': 'frequency'}, 'tends to'),
+        (None, {'added_mass_hydrostatic': False}, 'check added_mass_hydrostatic'),
         (only(4, 4, np.nan), {}, 'entry 55'),
         (only(0, 4, np.nan), {}, 'nowhere 15; write both triangles'),
         (only(0, 4, 0.5), {}, 'the entry 15 is'),

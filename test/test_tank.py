@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from slosh_ros.errors import InputError
 from slosh_ros.tank import (
     Circle,
     Rectangle,
@@ -14,7 +15,11 @@ from slosh_ros.tank import (
     UniformTank,
     cylinder_x,
     cylinder_z,
+    ellipse_x,
     rectangular,
+    rounded_rectangle_x,
+    section_x,
+    sphere,
 )
 
 Array = NDArray[np.float64]
@@ -184,3 +189,20 @@ def test_nearest_point_of_the_liquid(tank: Tank, inside: object, depth: float) -
         assert nearest[2] <= depth - 1.0 + 1e-9
         closest = np.linalg.norm(liquid - point, axis=1).min()
         assert closest - 0.1 < np.linalg.norm(nearest - point) < closest + 1e-6
+
+
+@pytest.mark.parametrize('length', [0.0, -1.0, np.nan, np.inf])
+def test_lengths_that_are_none(length: float) -> None:
+    for name, make in (
+        ('length', lambda x: rectangular(x, 1.0, 1.0)),
+        ('width', lambda x: rectangular(1.0, x, 1.0)),
+        ('height', lambda x: ellipse_x(1.0, x, 1.0)),
+        ('width', lambda x: rounded_rectangle_x(x, 1.0, 0.1, 1.0)),
+        ('radius', lambda x: cylinder_x(x, 1.0)),
+        ('length', lambda x: cylinder_x(1.0, x)),
+        ('height', lambda x: cylinder_z(1.0, x)),
+        ('radius', sphere),
+        ('length', lambda x: section_x([0.0, 0.0, 1.0, 0.0, 0.0, 1.0], x)),
+    ):
+        with pytest.raises(InputError, match=f'^{name} is {length:g} m; it must be greater'):
+            make(length)

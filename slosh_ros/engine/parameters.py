@@ -15,6 +15,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro.damping import FORMULAS
 from slosh_ros.parameters import Parameter, Values
 from slosh_ros.parameters import resolved as resolved_with
+from slosh_ros.tank.sizes import LARGEST, SMALLEST
 
 TANK = '{tank}'  # stands for the name of each tank in the name of a row
 POINT = '{point}'  # stands for any name that a user gives
@@ -112,29 +113,29 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         '{tank}.length', 'double', None,
         'inner length along x; of the straight part, if a cylinder_x has heads',
-        'm', POSITIVE, 1e3,
+        'm', POSITIVE, LARGEST,
     ),
     Parameter(
         '{tank}.width', 'double', None,
-        'inner width along y (rectangular, ellipse_x, rounded_rectangle_x)', 'm', POSITIVE, 1e3
+        'inner width along y (rectangular, ellipse_x, rounded_rectangle_x)', 'm', SMALLEST, LARGEST
     ),
     Parameter(
         '{tank}.height', 'double', None,
         'inner height along z (rectangular, cylinder_z, ellipse_x, rounded_rectangle_x)', 'm',
-        POSITIVE, 1e3
+        SMALLEST, LARGEST
     ),
     Parameter(
         '{tank}.radius', 'double', None,
-        'inner radius (cylinder_x, cylinder_z, sphere)', 'm', POSITIVE, 1e3
+        'inner radius (cylinder_x, cylinder_z, sphere)', 'm', SMALLEST / 2.0, LARGEST / 2.0
     ),
     Parameter(
         '{tank}.head_depth', 'double', None,
         'inner depth of the ellipsoidal head at each end: radius for half a sphere, 0 or absent '
-        'for flat ends (cylinder_x)', 'm', 0.0, 1e3
+        'for flat ends (cylinder_x)', 'm', 0.0, LARGEST / 2.0
     ),
     Parameter(
         '{tank}.corner_radius', 'double', None,
-        'radius of the four rounded edges (rounded_rectangle_x)', 'm', 0.0, 1e3
+        'radius of the four rounded edges (rounded_rectangle_x)', 'm', 0.0, LARGEST / 2.0
     ),
     Parameter(
         '{tank}.points', 'double[]', None,

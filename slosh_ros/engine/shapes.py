@@ -10,6 +10,7 @@ from slosh_ros.hydro.added_mass_tank import added_mass_tank
 from slosh_ros.parameters import Values
 from slosh_ros.tank import (
     Tank,
+    UniformTank,
     cylinder_x,
     cylinder_z,
     ellipse_x,
@@ -19,6 +20,7 @@ from slosh_ros.tank import (
     section_x,
     sphere,
 )
+from slosh_ros.tank.sizes import LARGEST, SMALLEST
 
 
 class Shape(NamedTuple):
@@ -107,6 +109,24 @@ def tank_of(p: Values, name: str) -> Tank:
     wanted += shape.shares
     given = {k: p.by_name[f'{name}.{k}'] for k in wanted if f'{name}.{k}' in p}
     try:
-        return shape.build(**given)
+        tank = shape.build(**given)
+        _check_size(tank)
     except InputError as error:
         raise InputError(f'{name}.{error}') from error
+    return tank
+
+
+def _check_size(tank: Tank) -> None:
+    """Refuse what no row of the table can tell: points in millimetres, a length in kilometres."""
+    if not isinstance(tank, UniformTank):
+        return
+    width, height = tank.section.bounding_box
+    for told, side in (
+        ('length is {:g} m', tank.length),
+        ('points span {:g} m in width', width),
+        ('points span {:g} m in height', height),
+    ):
+        if not SMALLEST <= side <= LARGEST:
+            raise InputError(
+                f'{told.format(side)}; a tank has {SMALLEST:g} to {LARGEST:g} m: write metres'
+            )

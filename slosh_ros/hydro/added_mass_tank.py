@@ -73,7 +73,15 @@ class AddedMassTank(KnownLiquid):
                 raise InputError(
                     f'{self.data.source}: under a lid the liquid would have an inertia in {axis} '
                     f'of {closed:.4g} kg m^2 about O, more than the {solid:.4g} kg m^2 that it '
-                    'has frozen; check liquid_inertia'
+                    'has frozen; check liquid_inertia and added_mass_hydrostatic'
+                )
+            # of the mass at its centroid, none; a body of revolution turns without its liquid
+            arm = found.mass * float(self.liquid.centroid[2]) ** 2 if axis != 'yaw' else 0.0
+            if closed < arm - INERTIA_TOLERANCE * solid:
+                raise InputError(
+                    f'{self.data.source}: under a lid the liquid would have an inertia in {axis} '
+                    f'of {closed:.4g} kg m^2 about O, less than the {arm:.4g} kg m^2 of all its '
+                    'mass at its centroid; check added_mass_hydrostatic'
                 )
         return found
 

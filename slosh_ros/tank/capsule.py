@@ -12,6 +12,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.tank.cap import Cap, CapTriangles, mirrored
 from slosh_ros.tank.level import depth_for
 from slosh_ros.tank.section import Circle
+from slosh_ros.tank.sizes import require_lengths
 from slosh_ros.tank.surface import Array, LiquidSurface, Moments, liquid_at_rest
 from slosh_ros.tank.uniform import LiquidAtRest, UniformTank, uniform_cylinder_x
 
@@ -196,6 +197,7 @@ class Capsule:
 
 def sphere(radius: float) -> Capsule:
     """Sphere of the given inner radius [m]."""
+    require_lengths(radius=radius)
     return Capsule('sphere', radius, 0.0, radius)
 
 
@@ -224,7 +226,7 @@ def cylinder_x(radius: float, length: float, head_depth: float = 0.0) -> Uniform
     Raises
     ------
     InputError
-        If a head is deeper than half a sphere.
+        If a dimension of flat ends is not positive, or a head is deeper than half a sphere.
     """
     if head_depth == 0.0:
         return uniform_cylinder_x(radius, length)

@@ -15,11 +15,11 @@ import scipy
 from numpy.typing import NDArray
 
 from slosh_ros.errors import InputError
+from slosh_ros.tank.sizes import LARGEST, SMALLEST
 from slosh_ros.tank.surface import Array, solid_moments
 
 Indices = NDArray[np.intp]
 
-SMALLEST, LARGEST = 0.02, 200.0  # [m] longest side of a bounding box that is taken for a tank
 MOST = 50_000  # triangles; more tell no more about the liquid
 _WELD = 1e-6  # [sizes] corners closer than this are one: files have six digits
 _FLAT = 1e-6  # [sizes^3] less volume is none

@@ -19,6 +19,7 @@ from slosh_ros.tank.section import (
     Section,
     SectionMoments,
 )
+from slosh_ros.tank.sizes import require_lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,16 +204,19 @@ def box_outline(width: float, height: float) -> Array:
 
 def rectangular(length: float, width: float, height: float) -> UniformTank:
     """Box of the given inner length (x), width (y) and height (z) [m]."""
+    require_lengths(length=length, width=width, height=height)
     return UniformTank('rectangular', Rectangle(width, height), length)
 
 
 def uniform_cylinder_x(radius: float, length: float) -> UniformTank:
     """Horizontal circular cylinder of the given inner radius and length (x) [m], flat ends."""
+    require_lengths(radius=radius, length=length)
     return UniformTank('cylinder_x', Circle(radius), length)
 
 
 def ellipse_x(width: float, height: float, length: float) -> UniformTank:
     """Elliptical cylinder of the given inner width, height and length (x) [m], flat ends."""
+    require_lengths(width=width, height=height, length=length)
     return UniformTank('ellipse_x', Ellipse(width, height), length)
 
 
@@ -220,6 +224,7 @@ def rounded_rectangle_x(
     width: float, height: float, corner_radius: float, length: float
 ) -> UniformTank:
     """Box with its four edges along x rounded, flat ends; inner dimensions [m]."""
+    require_lengths(width=width, height=height, length=length)
     section = RoundedRectangle(width, height, corner_radius)
     return UniformTank('rounded_rectangle_x', section, length)
 
@@ -238,6 +243,7 @@ def section_x(points: Sequence[float], length: float) -> UniformTank:
     Raises
     ------
     InputError
-        If the corners are not those of a simple polygon.
+        If the corners are not those of a simple polygon, or the length is not positive.
     """
+    require_lengths(length=length)
     return UniformTank('section_x', Polygon.of(points), length)

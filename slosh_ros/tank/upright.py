@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from slosh_ros.tank.sizes import require_lengths
 from slosh_ros.tank.uniform import LiquidAtRest, box_outline
 
 Array = NDArray[np.float64]
@@ -106,4 +107,5 @@ class UprightCylinder:
 
 def cylinder_z(radius: float, height: float) -> UprightCylinder:
     """Upright circular cylinder of the given inner radius and height (z) [m], flat ends."""
+    require_lengths(radius=radius, height=height)
     return UprightCylinder(radius, height)
