@@ -13,6 +13,7 @@ import typer
 from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.measure import Measurement
 from rich.progress import Progress
 from rich.table import Table
 
@@ -51,9 +52,10 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-_WIDTH = 110  # of the tables; narrower terminals wrap them rather than cut their numbers
-_out = Console(width=max(_WIDTH, Console().width), highlight=False)
-_err = Console(stderr=True, soft_wrap=True, highlight=False)
+_WIDTH = 110  # of what is printed, at least
+_WIDEST = 1000  # that a table may be
+_out = Console(width=max(_WIDTH, Console().width), highlight=False, emoji=False)
+_err = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False)
 
 _WARNINGS = {
     'contact': 'contact is lost at {w.first:.2f} s: wheel {where} down to {load:.1f} kN, '
@@ -284,7 +286,7 @@ def paper(
     for item, finding in found:
         verdicts = [row.verdict for row in finding.rows]
         table.add_row(item.name, *(str(verdicts.count(v) or '') for v in Verdict))
-    _out.print(table)
+    _print_table(table)
     for name in ('index.html', 'report.md', 'paper.json'):
         _out.print(f'{out / name}', soft_wrap=True)
 
@@ -304,6 +306,12 @@ def _table(*heads: str) -> Table:
     for head in heads:
         table.add_column(_plain(head.replace(' [', '\n[')), justify='right', no_wrap=True)
     return table
+
+
+def _print_table(table: Table) -> None:
+    """Print a table in full; a narrow terminal wraps it rather than cut its numbers."""
+    needs = Measurement.get(_out, _out.options.update(max_width=_WIDEST), table).maximum
+    Console(width=max(_out.width, needs)).print(table)
 
 
 def _checked(file: Path) -> str:
@@ -377,7 +385,7 @@ def _print_histories(histories: Mapping[str, History]) -> None:
         values = [_shown(f[name, unit]) for f in figures]
         if set(values) != {'0.000'}:  # nothing there in this drive
             table.add_row(name, *values, unit)
-    _out.print(table)
+    _print_table(table)
     for name, history in histories.items():
         told = f'{name}: ' if len(histories) > 1 else ''
         for warning, where in _gathered(history.warnings):
@@ -410,7 +418,7 @@ def _print_thresholds(truck: GeneralTruck, cargo: SloshingCargo) -> None:
     names = ('rigid truck', 'truck on its springs', 'first wheel lifts off')
     for name, *values in zip(names, *cargoes.values(), strict=True):
         table.add_row(name, *(f'{x:.3f}' for a in values for x in (a, a / GRAVITY)))
-    _out.print(table)
+    _print_table(table)
 
 
 def _ratio(text: str, wanted: str) -> float:
@@ -481,7 +489,7 @@ def _print_sweep(
             *(f'{j:.6g}' for j in np.diag(c.inertia_stokes_joukowski)),
         )
     _out.print('under a closed lid about O, the centre of the mean free surface')
-    _out.print(table)
+    _print_table(table)
     names = list(dict.fromkeys(name for c in found for name in c.names))
     for what, unit, digits, told in (
         ('natural frequency', 'rad/s', '.4f', [c.omega for c in found]),
@@ -499,7 +507,7 @@ def _print_sweep(
                     *('-' if np.isnan(v) else format(v, digits) for v in values),
                 )
             _out.print(f'{what} [{unit}]'.replace('[', r'\['))
-            _out.print(table)
+            _print_table(table)
 
 
 def _as_json(tank: TankConfig, c: ModalCoefficients) -> dict[str, object]:
@@ -560,8 +568,8 @@ def _compare(tank: TankConfig, as_json: bool) -> None:
         )
         off = [route.differences(own).get(quantity) for route in found[1:]]
         apart.add_row(quantity.name, *('' if d is None else f'{100.0 * d:+.3g}' for d in off))
-    _out.print(values)
-    _out.print(apart)
+    _print_table(values)
+    _print_table(apart)
     for route in others:
         _out.print(_plain(route.verdict(own)))
 
@@ -597,7 +605,7 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
         ('Stokes-Joukowski', c.inertia_stokes_joukowski),
     ):
         inertia.add_row(name, *(f'{tensor[i]:.6g}' for i in turns.values()))
-    _out.print(inertia)
+    _print_table(inertia)
 
     if not c.names:
         _out.print('nothing sloshes in an empty tank, nor in a full one')
@@ -614,14 +622,15 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
             f'{c.mu[j]:.6g}',
             *(f'{row[k - 1]:.6g}' if abs(row[k - 1]) > least[k - 1] else '-' for k in _LAMBDAS),
         )
-    _out.print(table)
+    _print_table(table)
     surge, sway = (c.coupling[:, :2] ** 2 / c.mu[:, None]).sum(axis=0) / c.mass
     _out.print(
         f'share of the mass that these modes move: {surge:.1%} fore-aft, {sway:.1%} sideways\n'
         f'damping: {_plain(damping.words)}'
     )
     if c.error is not None:
-        _out.print(f'largest relative error of omega and lambda, estimated: {c.error:.1g}')
+        of = ', of the fit: what the data are off comes on top' * (c.route == 'added mass')
+        _out.print(f'largest relative error of omega and lambda, estimated: {c.error:.1g}{of}')
     for beyond in damping.beyond:
         _out.print(f'[yellow]damping beyond its range: {_plain(beyond)}[/]')
     if isinstance(tank.tank, AddedMassTank):
@@ -642,7 +651,7 @@ def _print_fit(tank: AddedMassTank) -> None:
             f'{fitted.lever[n]:.4f}' if fitted.lever[n] else '-',
             f'{fitted.lever_error[n]:.1g}' if fitted.lever[n] else '-',
         )
-    _out.print(table)
+    _print_table(table)
     for line in fits.told(tank):
         _out.print(_plain(line))
 
@@ -658,7 +667,7 @@ def _print_replay(peaks: Peaks, engine: SloshEngine, topic: str, count: int) -> 
     table.add_row('wave height', f'{peaks.elevation_max:.3f}', '', 'm')
     for point, pressure in zip(engine.config.pressure_points, peaks.pressure, strict=True):
         table.add_row(f'pressure {point}', '', f'{pressure / 1e3:.3f}', 'kPa')
-    _out.print(table)
+    _print_table(table)
     for verdict, number in engine.gate.counts.items():
         if verdict not in (Verdict.ACCEPTED, Verdict.STARTED):
             _out.print(f'{number} {verdict.value}')

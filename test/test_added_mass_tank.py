@@ -170,6 +170,7 @@ def test_table_tells_the_fit(folder: Path) -> None:
         'constant terms',
         'typically',
         'largest relative error of omega and lambda, estimated: ',
+        'of the fit: what the data are off comes on top',
         'less than a step of its frequencies, 0.2',
     ):
         assert text in ' '.join(result.stdout.split()), text

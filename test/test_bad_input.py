@@ -223,6 +223,7 @@ def test_wrong_usage_exits_with_2(command):
 
 
 def test_unknown_tank_and_fill(config):
+    refused(['modes', config, '--fill', '0.1:0.9'], '--fill is 0.1:0.9; a sweep is A:B:N, N fills')
     refused(['modes', config, '--tank', 'front'], 'has no tank front; it has tank')
     refused(
         ['modes', config, '--fill', '1.2'], '--fill is 1.2; it must be a ratio from 0.01 to 0.99'

@@ -50,6 +50,17 @@ def test_table_shows_units_and_every_mode():
     assert '…' not in result.stdout  # nothing is cut off
 
 
+def test_large_numbers_are_not_cut_off(tmp_path):
+    file = tmp_path / 'hold.yaml'
+    file.write_text(
+        '/**:\n  ros__parameters:\n    tank:\n      shape: rectangular\n      length: 190.0\n'
+        '      width: 180.0\n      height: 170.0\n      fill_ratio: 0.5\n'
+    )
+    result = slosh('modes', file)
+    assert result.returncode == 0, result.stderr
+    assert '…' not in result.stdout
+
+
 def test_fill_is_taken_from_the_command_line():
     depths = []
     for fill in (0.25, 0.5):
