@@ -146,7 +146,10 @@ GOOD = '-1.0 1 1 1.5\n0.0 1 1 0.5\n6.28 1 1 2.0 0.1\n3.14 1 1 1.0 0.1\n'
         (GOOD + '3.0 1 1 abc 0.1\n', 'line 5: has a word that is no number'),
         (GOOD + '3.0 1 1 nan 0.1\n', 'line 5: .* not finite'),
         (GOOD + '3.14 1 1 1.0 0.1\n', 'line 5: entry 11 of this frequency comes twice'),
-        (GOOD + '3.14 5 5 1.0 0.1\n', 'lacks entry 55 at 0 rad/s'),
+        (
+            GOOD + '3.14 5 5 1.0 0.1\n',
+            'lacks entry 55 at 0 rad/s, .* first in line 1, but',
+        ),
         ('', 'is empty'),
     ],
 )
@@ -172,7 +175,7 @@ def test_a_header_and_frequencies_in_the_first_column(tmp_path: Path) -> None:
     [
         ('hemisphere.1', {'length_scale': 1.0, 'reference': REFERENCE}, 'give density'),
         ('hemisphere.1', {'density': 850.0, 'reference': REFERENCE}, 'give length_scale'),
-        ('hemisphere.1', {'density': 850.0, 'length_scale': 1.0}, 'reference point; give it'),
+        ('hemisphere.1', {'density': 850.0, 'length_scale': 1.0}, 'give reference, which is'),
         ('hemisphere.1', {**WAMIT, 'density': 0.0}, 'density of 0 kg'),
         ('hemisphere.1', {**WAMIT, 'length_scale': -1.0}, 'length scale of -1 m'),
         ('hemisphere.1', {**WAMIT, 'first_column': 'wavenumber'}, 'write period or frequency'),
@@ -212,9 +215,15 @@ def test_datasets_that_lack_something(tmp_path: Path) -> None:
     path = tmp_path / 'tank.nc'
     for spoiled, message in (
         (dataset.drop_vars('added_mass'), "no variable 'added_mass'"),
-        (dataset.sel(radiating_dof=['Surge', 'Heave']), 'lacks Pitch, Roll, Sway, Yaw'),
+        (
+            dataset.sel(radiating_dof=['Surge', 'Heave']),
+            'lacks Sway, Roll, Pitch, Yaw in radiating_dof; it has Surge, Heave: rename them',
+        ),
         (dataset.drop_vars('rho'), "no single density 'rho'"),
-        (dataset.drop_vars('rotation_center'), 'reference point; give it'),
+        (dataset.assign_coords(rho='heavy'), "a 'rho' that is not of numbers"),
+        (dataset.drop_vars('rotation_center'), 'give reference, which is added_mass_reference'),
+        (dataset.assign_coords(omega=-dataset.omega), r'a frequency of -.* rad/s; they must be 0'),
+        (xarray.concat([dataset, dataset], 'omega'), 'rad/s comes twice or out of order'),
     ):
         spoiled.to_netcdf(path)
         with pytest.raises(InputError, match=message):
@@ -228,6 +237,11 @@ def test_a_bemio_file_that_lacks_something(tmp_path: Path) -> None:
     with h5py.File(path, 'a') as file:
         file['simulation_parameters/scaled'][...] = 1.0
     with pytest.raises(InputError, match='is scaled'):
+        read_added_mass(path)
+    with h5py.File(path, 'a') as file:
+        del file['simulation_parameters/rho']
+        file['simulation_parameters/rho'] = 'heavy'
+    with pytest.raises(InputError, match="a 'simulation_parameters/rho' that is not of numbers"):
         read_added_mass(path)
     with h5py.File(path, 'a') as file:
         del file['simulation_parameters/rho']

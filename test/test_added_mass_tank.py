@@ -194,6 +194,7 @@ def test_table_tells_the_fit(folder: Path) -> None:
         ({'surface_moments': [1.0]}, 'tank.surface_moments is [1.0]; it takes two'),
         ({'added_mass_first_column': 'degrees'}, "tank.added_mass_first_column is 'degrees'"),
         ({'freeboard': 0.0}, 'tank.freeboard is 0 [m]'),
+        ({'added_mass_file': 'box.nc'}, 'tank.added_mass_length_scale is given, but it is of the .1 of WAMIT, and added_mass_file is box.nc'),
     ],
 )  # fmt: skip
 def test_keys_that_do_not_fit(folder: Path, tmp_path: Path, changes: dict, says: str) -> None:

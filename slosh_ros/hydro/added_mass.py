@@ -53,10 +53,17 @@ class AddedMass:
                 f'{self.source}: {len(self.omega)} frequencies need a matrix of shape '
                 f'({len(self.omega)}, 6, 6), not {self.matrix.shape}'
             )
-        if not np.all(self.omega >= 0.0) or not np.all(np.diff(self.omega) > 0.0):
+        negative = self.omega[~(self.omega >= 0.0)]
+        if negative.size:
             raise InputError(
-                f'{self.source}: the frequencies must rise from 0, each once; they are '
-                f'{np.array2string(self.omega, threshold=8)}'
+                f'{self.source}: there is a frequency of {negative[0]:.6g} rad/s; they must be 0 '
+                'or greater'
+            )
+        repeated = self.omega[1:][~(self.omega[1:] > self.omega[:-1])]
+        if repeated.size:
+            raise InputError(
+                f'{self.source}: the frequency {repeated[0]:.6g} rad/s comes twice or out of '
+                'order; write each once, rising'
             )
 
     def has(self, *entries: tuple[int, int]) -> bool:

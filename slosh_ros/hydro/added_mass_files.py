@@ -86,7 +86,10 @@ def read_added_mass(
             )
         _check_density(rho, density)
         if point is None and reference is None:
-            raise InputError('does not tell its reference point; give it')
+            raise InputError(
+                'does not tell the point of its moments; give reference, which is '
+                'added_mass_reference in a configuration'
+            )
         if point is None:
             point = np.asarray(reference, dtype=float)
         elif reference is not None and not np.allclose(point, reference, atol=1e-6):
@@ -180,6 +183,7 @@ def _read_wamit(
     if first_column not in ('period', 'frequency'):
         raise InputError(f"cannot have '{first_column}' first; write period or frequency")
     entries: dict[float, dict[tuple[int, int], complex]] = {}
+    lines: list[int] = []  # at which a frequency comes first
     for number, line in enumerate(_lines(path), start=1):
         if not line.split():
             continue
@@ -189,6 +193,8 @@ def _read_wamit(
             if number == 1 and not _is_number(line.split()[0]):
                 continue  # a header, which WAMIT writes on request
             raise InputError(f'line {number}: {error}') from error
+        if at not in entries:
+            lines.append(number)
         of_frequency = entries.setdefault(at, {})
         if (i, j) in of_frequency:
             raise InputError(f'line {number}: entry {i + 1}{j + 1} of this frequency comes twice')
@@ -200,7 +206,7 @@ def _read_wamit(
     for n, of_frequency in enumerate(entries.values()):
         for (i, j), value in of_frequency.items():
             matrix[n, i, j] = value
-    _fill_zeros(omega, matrix)
+    _fill_zeros(omega, matrix, lines)
     scale: Array = density * length_scale**_POWERS
     return omega, np.asarray(matrix * scale, dtype=complex), density, None
 
@@ -227,7 +233,7 @@ def _wamit_line(words: list[str], first_column: str) -> tuple[float, int, int, c
     return omega, i - 1, j - 1, complex(values[0], damping)  # B is over omega already
 
 
-def _fill_zeros(omega: Array, matrix: NDArray[np.complex128]) -> None:
+def _fill_zeros(omega: Array, matrix: NDArray[np.complex128], lines: list[int]) -> None:
     """Put zeros where symmetry let WAMIT leave an entry out: at all frequencies or none."""
     absent = np.isnan(matrix)
     halved = absent.all(axis=0) & ~absent.all(axis=0).T
@@ -241,7 +247,8 @@ def _fill_zeros(omega: Array, matrix: NDArray[np.complex128]) -> None:
         i, j = np.argwhere(partly)[0]
         n = int(np.argmax(absent[:, i, j]))
         raise InputError(
-            f'lacks entry {i + 1}{j + 1} at {omega[n]:.6g} rad/s but has it at other frequencies'
+            f'lacks entry {i + 1}{j + 1} at {omega[n]:.6g} rad/s, which comes first in line '
+            f'{lines[n]}, but has it at other frequencies'
         )
     solved = ~np.einsum('nii->ni', absent).any(axis=0)
     matrix[absent & np.outer(solved, solved)] = 0.0
@@ -252,7 +259,9 @@ def _read_netcdf(path: Path) -> tuple[Array, ComplexArray, float, Array | None, 
     try:
         dataset = xarray.load_dataset(path)
     except (OSError, ValueError) as error:
-        raise InputError(f'cannot be read as NetCDF: {_first_line(error)}') from error
+        # without the advice of xarray, which goes on over more lines
+        reason = _first_line(error).split('. Consider')[0]
+        raise InputError(f'cannot be read as NetCDF: {reason}') from error
     for name in ('added_mass', 'radiation_damping'):
         if name not in dataset:
             raise InputError(f"has no variable '{name}'; is it a dataset of Capytaine?")
@@ -271,24 +280,27 @@ def _read_netcdf(path: Path) -> tuple[Array, ComplexArray, float, Array | None, 
                     raise InputError(f'has {table.sizes[dim]} values of {dim}; select one of them')
                 table = table.squeeze(dim, drop=True)
         for axis in axes[1:]:
-            lacking = sorted(set(_DOFS) - {str(name) for name in table[axis].values})
+            there = [str(name) for name in table[axis].values]
+            lacking = [name for name in _DOFS if name not in there]
             if lacking:
-                raise InputError(f'lacks {", ".join(lacking)} in {axis}')
+                raise InputError(
+                    f'lacks {", ".join(lacking)} in {axis}; it has {", ".join(there)}: rename them'
+                )
             table = table.sel({axis: list(_DOFS)})
-        tables.append(np.asarray(table.transpose(*axes).values, dtype=float))
+        tables.append(_numbers(table.transpose(*axes).values, name))
     if 'rho' not in dataset.coords or np.size(dataset.rho.values) != 1:
         raise InputError("has no single density 'rho'")
     point = None
     if 'rotation_center' in dataset.variables:
-        point = np.asarray(dataset.rotation_center.values, dtype=float).ravel()
+        point = _numbers(dataset.rotation_center.values, 'rotation_center').ravel()
         if point.shape != (3,) or not np.all(np.isfinite(point)):
             raise InputError(f'has a rotation_center of {point.tolist()}')
-    omega = np.asarray(dataset.omega.values, dtype=float)
+    omega = _numbers(dataset.omega.values, 'omega')
     within = dataset.attrs.get('hydrostatic_in_added_mass')
     return (
         omega,
         _complex(omega, *tables),
-        float(np.ravel(dataset.rho.values)[0]),
+        float(_numbers(dataset.rho.values, 'rho').ravel()[0]),
         point,
         None if within is None else bool(within),
     )
@@ -299,7 +311,7 @@ def _read_bemio(path: Path) -> _Content:
     try:
         with h5py.File(path, 'r') as file:
             found = {
-                name: np.asarray(_dataset(file, name), dtype=float)
+                name: _numbers(_dataset(file, name), name)
                 for name in (
                     'simulation_parameters/rho',
                     'simulation_parameters/w',
@@ -345,9 +357,16 @@ def _complex(omega: Array, added: Array, damping: Array) -> NDArray[np.complex12
 
 
 def _dataset(file: Any, name: str) -> Any:
-    if name not in file:
+    if name not in file or not hasattr(file[name], 'shape'):  # a group
         raise InputError(f"has no '{name}'; is it a file of BEMIO?")
     return file[name][()]
+
+
+def _numbers(values: Any, name: str) -> Array:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"has a '{name}' that is not of numbers") from error
 
 
 def _check_density(found: float, given: float | None) -> None:

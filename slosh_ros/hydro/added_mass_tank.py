@@ -149,6 +149,16 @@ def added_mass_tank(
         If something does not fit; the message begins with the name of the parameter.
     """
     path = Path(added_mass_file)
+    if path.suffix.lower() in ('.nc', '.h5', '.hdf5'):
+        for key, foreign in (
+            ('length_scale', added_mass_length_scale is not None),
+            ('first_column', added_mass_first_column != 'period'),
+        ):
+            if foreign:
+                raise InputError(
+                    f'added_mass_{key} is given, but it is of the .1 of WAMIT, and '
+                    f'added_mass_file is {path.name}; remove it'
+                )
     if path.suffix.lower() == '.1':
         for key, value, what in (
             ('length_scale', added_mass_length_scale, 'length ULEN'),
