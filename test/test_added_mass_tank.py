@@ -269,13 +269,13 @@ def test_node_runs_from_a_file_beside_its_parameter_file(folder: Path, tmp_path:
     ):
         node.wait_for('ready', 300.0)  # it fits first
         driver.wait_for_node()
+        fills = driver.node.create_publisher(Float64, 'slosh_node/fill', rig.QOS)
+        driver.spin_until(lambda: fills.get_subscription_count() > 0)
         offline = SloshEngine(SloshConfig.from_file(folder / 'box.yaml'))
         for k in range(10):
             if k == 5:
-                fill = driver.node.create_publisher(Float64, 'slosh_node/fill', rig.QOS)
-                driver.spin_until(lambda: fill.get_subscription_count() > 0)
                 for ratio in (0.6, 0.5):  # the one that it has is no other one
-                    fill.publish(Float64(data=ratio))
+                    fills.publish(Float64(data=ratio))
                 node.wait_for(
                     'the fill of tank cannot change while it runs: the added mass of '
                     'tank.added_mass_file is that of one fill; start again with the file of another'
