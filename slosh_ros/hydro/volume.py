@@ -55,7 +55,7 @@ _PAIR = 0.3  # [of the other's] coupling that a pair has in its own direction, a
 _SPARE = 2  # modes beyond those wanted
 _AMONG = 24  # modes of a parity among which the likes of others are looked for
 _MUCH = 0.9  # of the size of cells: a smaller one is worth another grid
-_SMALL = 0.01  # share of the liquid that is the scale for the errors of smaller couplings
+_LEAST_PUSH = 0.1  # root of the liquid's share that is the scale for errors of smaller couplings
 
 
 class FillableTank(Protocol):
@@ -154,7 +154,8 @@ def volume_coefficients(
     Coefficients of the coupling modes of lowest natural frequency.
 
     Along each axis the grid is refined until that changes nothing in four digits, or it is as
-    large as time allows; `error` tells by how much the last steps of all three have changed it.
+    large as time allows; `error` tells by how much the last steps of all three have changed
+    frequencies, inertia, and couplings over the largest of their kind.
 
     Parameters
     ----------
@@ -564,7 +565,11 @@ def _likes(among: Sequence[_Mode], alike: Array) -> list[_Mode]:
 
 
 def _difference(coarse: _Solved, fine: _Solved, whole: Array, count: int) -> float:
-    """Largest relative difference of frequencies, couplings and inertia."""
+    """
+    Largest relative difference of frequencies and inertia, and of couplings over the largest.
+
+    These are compared where they do not depend on scale: lambda over the root of mu.
+    """
     ours = fine.modes[:count]
     if len(coarse.modes) < len(ours):
         return np.inf
@@ -576,6 +581,8 @@ def _difference(coarse: _Solved, fine: _Solved, whole: Array, count: int) -> flo
             return np.inf
         twins.append(min(alike, key=lambda m: abs(m.kappa - mode.kappa)))
         left.remove(twins[-1])
+    push = [np.sqrt(mode.coupling**2 * mode.kappa / whole) for mode in ours]
+    largest = np.maximum(np.max(push, axis=0, initial=0.0), _LEAST_PUSH)
     for mode in ours:
         # modes of almost one frequency mix: only their sum is sure
         group = [
@@ -583,13 +590,14 @@ def _difference(coarse: _Solved, fine: _Solved, whole: Array, count: int) -> flo
             for own, other in zip(ours, twins, strict=True)
             if own.odd == mode.odd and abs(own.kappa / mode.kappa - 1.0) < _MIXING
         ]
-        share, other = (
-            sum(m.coupling**2 * m.kappa for m in side) / whole for side in zip(*group, strict=True)
+        own, other = (
+            np.sqrt(sum(m.coupling**2 * m.kappa for m in side) / whole)
+            for side in zip(*group, strict=True)
         )
         kappa, twin = (np.mean([m.kappa for m in side]) for side in zip(*group, strict=True))
         error = max(
             error,
             abs(twin / kappa - 1.0) / 2.0,
-            float(np.max(np.abs(share - other) / np.maximum(share, _SMALL))) / 2.0,
+            float(np.max(np.abs(own - other) / largest)),
         )
     return float(error)
