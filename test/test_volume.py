@@ -115,6 +115,19 @@ def test_error_is_an_honest_estimate(solved: Solved) -> None:
     assert max(off, coupling) < found.error + 2e-5
 
 
+def test_a_film_feels_nothing_of_the_medium_around_it() -> None:
+    """What fills the box outside stiffens a film by 1e-4 of kappa; its quotient by 1e-8."""
+    depth, quick = 0.012, VolumeResolution(cells=1.2, triangles=500, grids=0)
+    exact = coefficients_of(BOX.tank, depth, 850.0, 1)
+    found = volume_coefficients(BOX, depth, 850.0, 1, quick)
+    assert found.names == exact.names
+    assert found.omega == pytest.approx(exact.omega, rel=1e-6)
+    assert shares(found) == pytest.approx(shares(exact), rel=1e-5, abs=1e-7)
+    assert np.diag(found.inertia_stokes_joukowski) == pytest.approx(
+        np.diag(exact.inertia_stokes_joukowski), rel=2e-6
+    )
+
+
 # --- heads and spheres ---------------------------------------------------------------------------
 
 

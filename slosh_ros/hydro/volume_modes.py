@@ -24,8 +24,8 @@ from slosh_ros.hydro.volume_surface import outline
 from slosh_ros.tank.surface import LiquidSurface
 
 # Splines that barely reach into the liquid are all but undetermined. All of the box is therefore
-# filled with a medium of so small a share of the liquid's stiffness; 1e-8 moves kappa by some
-# 1e-7. The larger shares are for surfaces whose extrapolation leaves holes.
+# filled with a medium of so small a share of the liquid's stiffness, of which only the square is
+# left in kappa. The larger shares are for surfaces whose extrapolation leaves holes.
 _MEDIUM = (1e-8, 1e-7, 1e-6, 1e-5)
 _TIED = 0.1  # share of a mode's energy in the medium that tells that nothing else holds it
 _OUTSIDE = 1e-12  # share of its energy that a spline has at least in the liquid, to take part
@@ -117,20 +117,22 @@ def _family(forms: Forms, odd: Parity, couples: NDArray[np.bool_]) -> Family:
         kappa, found = _steklov(lower, surface)
         if np.sum(found[:, 0] ** 2) * medium > _TIED * kappa[0]:
             raise InputError('the liquid is not one pool, but several that do not touch')
+        kappa = _without(medium * np.sum(found**2, axis=0), kappa)
     psi = np.zeros((forms.stiffness.shape[0], len(kappa)))
     psi[among] = found * size[:, np.newaxis]
 
     pushes = np.where(couples[:, np.newaxis], forms.pushes[:, among], 0.0)
     turning = solve_triangular(lower, (pushes[3:] * size).T, lower=True, check_finite=False)
+    turned = solve_triangular(lower.T, turning, check_finite=False)
     rotation = np.zeros((len(psi), 3))
-    rotation[among] = solve_triangular(lower.T, turning, check_finite=False) * size[:, np.newaxis]
+    rotation[among] = turned * size[:, np.newaxis]
     return Family(
         odd=odd,
         kappa=kappa,
         psi=psi,
         coupling=(pushes @ psi[among] / kappa).T,
         rotation=rotation,
-        inertia=turning.T @ turning,
+        inertia=turning.T @ turning + medium * turned.T @ turned,  # the medium bears its share
     )
 
 
@@ -181,6 +183,15 @@ def closed_families(forms: Forms, symmetric: Parity) -> list[Family]:
             )
         )
     return found
+
+
+def _without(medium: Array, kappa: Array) -> Array:
+    """
+    Take the medium's part out of kappa: what is left, Rayleigh's quotient, errs by its square.
+
+    In a film it is the larger part of the error. Modes that hang on the medium stay high.
+    """
+    return np.asarray(np.where(medium < _TIED * kappa, kappa - medium, kappa))
 
 
 def _steklov(lower: Array, surface: Array) -> tuple[Array, Array]:
