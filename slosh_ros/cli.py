@@ -452,7 +452,10 @@ def _with_fill(tank: TankConfig, text: str | None) -> TankConfig:
     ratio = _ratio(text, wanted)
     if not (low <= ratio <= high or ratio in (0.0, 1.0)):
         raise InputError(f'--fill is {text}; it must be {wanted}')
-    return replace(tank, depth=tank.tank.depth(ratio))
+    try:
+        return replace(tank, depth=tank.tank.depth(ratio))
+    except InputError as error:
+        raise InputError(f'--fill is {text}, but {tank.name}: {error}') from error
 
 
 def _sweep(tank: TankConfig, ratios: list[float], as_json: bool, plot: Path | None) -> None:
@@ -461,7 +464,10 @@ def _sweep(tank: TankConfig, ratios: list[float], as_json: bool, plot: Path | No
     with _progress(f'filling {tank.name}', len(ratios)) as advance:
         found = []
         for i, ratio in enumerate(ratios):
-            found.append(fill.solved(ratio))
+            try:
+                found.append(fill.solved(ratio))
+            except InputError as error:
+                raise InputError(f'{tank.name}, filled to {ratio:.2%}: {error}') from error
             advance(i + 1)
     if as_json:
         rows = zip(ratios, found, strict=True)
@@ -569,7 +575,10 @@ def _compare(tank: TankConfig, as_json: bool) -> None:
         off = [route.differences(own).get(quantity) for route in found[1:]]
         apart.add_row(quantity.name, *('' if d is None else f'{100.0 * d:+.3g}' for d in off))
     _print_table(values)
-    _print_table(apart)
+    if len(found) == 1:
+        _out.print('there is no other route to this liquid')
+    else:
+        _print_table(apart)
     for route in others:
         _out.print(_plain(route.verdict(own)))
 

@@ -9,6 +9,7 @@ import pytest
 from test_bad_input import refused
 from test_replay import slosh
 
+from slosh_ros.errors import InputError
 from slosh_ros.hydro.volume import volume_coefficients
 from slosh_ros.study.compare import CIRCLE, SPHERE, Quantity, Route, compare
 from slosh_ros.study.enclosed import Enclosed
@@ -84,6 +85,17 @@ def test_table_and_verdicts(tmp_path: Path) -> None:
     said = ' '.join(result.stdout.split())
     assert 'volume (3-D): differs from closed form by' in said
     assert '…' not in result.stdout
+
+
+def test_a_full_tank_is_compared_by_its_inertia_and_an_empty_one_not_at_all() -> None:
+    tank = rectangular(2.0, 1.0, 1.0)
+    closed_form, *others = compare(tank, 1.0, 850.0)
+    assert [route.name for route in others] == ['section', 'volume (3-D)']
+    for route in others:
+        assert set(route.values) == set(closed_form.values)
+        assert max(map(abs, route.differences(closed_form).values())) < 1e-5
+    with pytest.raises(InputError, match='nothing to compare in an empty tank'):
+        compare(tank, 0.0, 850.0)
 
 
 def test_known_liquid_has_no_other_route() -> None:

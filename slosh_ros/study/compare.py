@@ -20,10 +20,11 @@ from slosh_ros.hydro.added_mass import AddedMass
 from slosh_ros.hydro.fit import SURGE, SWAY, YAW, Family, added_mass_coefficients
 from slosh_ros.hydro.frequency import total_added_mass
 from slosh_ros.hydro.recipe import recipe_from_added_mass
+from slosh_ros.hydro.routes import by_volume
 from slosh_ros.hydro.section import section_coefficients
-from slosh_ros.hydro.volume import volume_coefficients
+from slosh_ros.hydro.volume import full_volume_coefficients, volume_coefficients
 from slosh_ros.study.enclosed import Enclosed
-from slosh_ros.tank import Capsule, KnownLiquid, MeshTank, Rectangle, Tank, UniformTank
+from slosh_ros.tank import Capsule, KnownLiquid, Rectangle, Tank, UniformTank
 
 SMALLEST = 5e-3  # of the heaviest mode of a family; below it a mode is left out
 LOWEST = 2  # modes of each family that are compared
@@ -118,13 +119,15 @@ def compare(tank: Tank, depth: float, density: float) -> list[Route]:
     Raises
     ------
     InputError
-        If the liquid is known from added mass alone, or its own route fails.
+        If the liquid is known from added mass alone, or there is none, or its own route fails.
     """
     if isinstance(tank, KnownLiquid):
         raise InputError(
             'there is one route to a liquid that is known from its added mass; '
             'compare the tank by its shape'
         )
+    if depth == 0.0:
+        raise InputError('there is nothing to compare in an empty tank; choose another fill')
     own = coefficients_of(tank, depth, density, MODES)
     routes = [Route(own.route, values_of(own))]
     for name, solve in _others(tank, depth, density):
@@ -165,15 +168,19 @@ def _others(tank: Tank, depth: float, density: float) -> Iterator[tuple[str, _So
             'section',
             lambda: values_of(section_coefficients(tank, depth, density, MODES)),
         )
-    enclosed = Enclosed.of(tank)
-    if enclosed is not None:
+    enclosed = tank if isinstance(tank, Capsule) and tank.is_sphere else Enclosed.of(tank)
+    is_full = depth == tank.height
+    if enclosed is not None and is_full:
+        yield (
+            'volume (3-D)',
+            lambda: values_of(full_volume_coefficients(enclosed, depth, density)),
+        )
+    elif enclosed is not None:
         yield 'volume (3-D)', lambda: values_of(volume_coefficients(enclosed, depth, density, FEW))
-    if isinstance(tank, Capsule | MeshTank) and not (isinstance(tank, Capsule) and tank.is_sphere):
-        many = coefficients_of(tank, depth, density, MODES)  # by splines in 3-D: enough for a fit
-    else:
-        many = coefficients_of(tank, depth, density, MANY)
-    if isinstance(tank, Capsule) and tank.is_sphere:
-        yield 'volume (3-D)', lambda: values_of(volume_coefficients(tank, depth, density, FEW))
+    if is_full:
+        return  # without waves there is no added mass to fit
+    # by splines in 3-D fewer are enough for a fit
+    many = coefficients_of(tank, depth, density, MODES if by_volume(tank) else MANY)
     yield 'added-mass fit', lambda: values_of(_fitted(many))
     yield "paper's recipe", lambda: _recipe(many)
     if abs(many.liquid.fill_ratio - 0.5) < HALF:
