@@ -20,7 +20,7 @@ from slosh_ros.hydro.fill_table import FillTable, Start
 from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.hydro.volume_modes import symmetries
 from slosh_ros.hydro.volume_surface import FreeSurface
-from slosh_ros.hydro.volume_sweep import VolumeSweep
+from slosh_ros.hydro.volume_sweep import VolumeSweep, _ranks
 from slosh_ros.tank import Capsule, MeshTank, cylinder_x, mesh, rectangular, section_x
 from slosh_ros.tank.surface import LiquidSurface
 
@@ -158,6 +158,13 @@ def test_modes_keep_their_names_where_their_frequencies_cross() -> None:
     alone = volume_coefficients(heads(), heads().depth(0.98), 1.0, 2, FEW)
     assert alone.names == ('x1', 'x3')
     assert full.omega[[x1, x3]] == pytest.approx(alone.omega, rel=1e-3)
+
+
+def test_modes_that_come_close_turn_into_each_other() -> None:
+    """Those of one parity do not cross in a tank with heads, however far apart the fills are."""
+    sweep = VolumeSweep(heads(), Start(7, heads().depth(0.6), all_kinds=False), FEW)
+    ranks = [_ranks(sweep.at(heads().depth(fill))).tolist() for fill in (0.6, 0.92)]
+    assert ranks == [[0, 0, 0, 1, 1, 1, 2]] * 2
 
 
 def test_signs_go_on_from_fill_to_fill() -> None:

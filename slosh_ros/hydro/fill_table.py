@@ -53,8 +53,8 @@ _SPARSE = 2  # of so many samples of the crests one is enough: they are dense at
 _FIRST = 3  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
 _SOLUTIONS = 160  # no interval is halved after so many
-_DEAR, _DEAR_LEAST = 32, 10  # nodes of all intervals of a tank of any shape, and of each: they
-# take a second each
+_DEAR = 110  # of tanks of any shape, which take a second each; then intervals get no more than
+_ENOUGH = 5  # nodes
 _SHARP = 0.3  # [rad] a corner that turns the wall by less has no wave of its own
 _CANDIDATES = 201  # places for a new node
 _LEVEL = 1e-9  # [heights] what is above the surface by less is at it
@@ -231,7 +231,6 @@ class FillTable:
         self._open = [
             _Interval(a, b, [], turns.get(a, 0.0) > _SHARP) for a, b in itertools.pairwise(places)
         ]
-        self._most = max(_DEAR // len(self._open), _DEAR_LEAST) if self._dear else _MOST
         self._done: list[_Interval] = []
         self._crossings = self._levels()
         self._crossed: list[_Node] = []
@@ -280,7 +279,7 @@ class FillTable:
         part.add(node)
         if len(part.nodes) > _FIRST and part.error <= self._tolerance:
             self._close()
-        elif len(part.nodes) >= self._most:
+        elif len(part.nodes) >= (_ENOUGH if self._dear and self._late else _MOST):
             self._halve()
 
     def _close(self) -> None:
@@ -293,9 +292,14 @@ class FillTable:
             for node in later:
                 self._open[0].add(node)
 
+    @property
+    def _late(self) -> bool:
+        """Whether there are so many solutions that the error may stay as it is."""
+        return self.solutions > (_DEAR if self._dear else _SOLUTIONS)
+
     def _halve(self) -> None:
         part = self._open[0]
-        if self._dear or self.solutions > _SOLUTIONS:
+        if self._late:
             self._close()
             return
         middle = min(

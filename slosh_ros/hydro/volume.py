@@ -117,12 +117,17 @@ def fits(cells: Sequence[int], degree: int) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Mode:
-    """A mode for unit density and an integral of f^2 over the free surface of 1."""
+    """
+    A mode for unit density and an integral of f^2 over the free surface of 1.
+
+    Its rank is the number of slower ones of its parity.
+    """
 
     kappa: float
     coupling: Array
     psi: Array
     odd: tuple[bool, bool]
+    rank: int
 
 
 class _Found(NamedTuple):
@@ -386,6 +391,7 @@ class _Problem:
             axes=found.axes,
             symmetric=self.symmetric,
             odd=np.array([mode.odd for mode in modes], dtype=bool).reshape(-1, 2),
+            rank=np.array([mode.rank for mode in modes], dtype=np.intp),
             psi=np.array([mode.psi for mode in modes]).reshape(-1, count).T,
             rotation_odd=np.array([family.odd for family in found.families]),
             rotation=np.stack([family.rotation for family in found.families], axis=1),
@@ -434,6 +440,7 @@ def full_volume_coefficients(
         axes=axes,
         symmetric=symmetric,
         odd=np.zeros((0, 2), dtype=bool),
+        rank=np.zeros(0, dtype=np.intp),
         psi=np.zeros((len(found[0].rotation), 0)),
         rotation_odd=np.array([family.odd for family in found]),
         rotation=np.stack([family.rotation for family in found], axis=1),
@@ -477,7 +484,7 @@ def _surfaces(
 
 def _modes(family: Family, which: Iterable[int]) -> list[_Mode]:
     return [
-        _Mode(family.kappa[j], family.coupling[j], family.psi[:, j], family.odd) for j in which
+        _Mode(family.kappa[j], family.coupling[j], family.psi[:, j], family.odd, j) for j in which
     ]
 
 
@@ -521,7 +528,8 @@ def _mixed(modes: Sequence[_Mode], shares: Array) -> list[_Mode]:
         np.array([getattr(mode, part) for mode in modes]) for part in ('kappa', 'coupling', 'psi')
     )
     rows = zip(shares**2 @ kappa, shares @ coupling, shares @ psi, strict=True)
-    return [_Mode(float(k), c, p, modes[0].odd) for k, c, p in rows]
+    rank = min(mode.rank for mode in modes)
+    return [_Mode(float(k), c, p, modes[0].odd, rank) for k, c, p in rows]
 
 
 def _lowest(found: Sequence[Family]) -> list[_Mode]:

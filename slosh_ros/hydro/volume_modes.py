@@ -242,6 +242,8 @@ class SplinePotentials:
         Whether x and y are folded.
     odd : array of bool, shape (n, 2)
         Parity of the modes in x and y.
+    rank : array of int, shape (n,)
+        Number of slower modes of their parity.
     psi : array, shape (splines, n)
         The modes.
     rotation_odd : array of bool, shape (m, 2)
@@ -253,6 +255,7 @@ class SplinePotentials:
     axes: tuple[Axis, Axis, Axis]
     symmetric: Parity
     odd: NDArray[np.bool_]
+    rank: NDArray[np.intp]
     psi: Array
     rotation_odd: NDArray[np.bool_]
     rotation: Array

@@ -3,9 +3,13 @@ The same modes of a tank of any shape at every fill.
 
 A mode has a name at the fill that the sweep starts from. At others it is the one whose surface
 looks most like it: shapes are compared on rings of points that every free surface has, from one
-fill to the next. Where they are not alike enough, a fill between is solved for first. So a mode
-stays itself where its frequency crosses that of another one, and where it is no longer among the
-lowest.
+fill to the next. So a mode stays itself where it is no longer among the lowest.
+
+Where two modes of one parity come close, they do not cross but turn into each other, unless the
+shape of the tank keeps them apart. Over a long step they would seem to have crossed. So where a
+mode would change its place among those of its parity, or is not alike enough, a fill between is
+solved for first, until steps are short: then a mode turns as it does, and what crosses all the
+same are modes that hardly know each other.
 
 How fine a grid has to be is tried out at a few fills; those between take as many cells as their
 neighbours have needed. That is several times as fast, and what is left of an error goes on
@@ -18,6 +22,7 @@ from bisect import bisect_left
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import ModalCoefficients, mode_name, mode_numbers
@@ -119,7 +124,8 @@ class VolumeSweep:
         found = volume_coefficients(self._tank, end, 1.0, known, quick)
         alike = np.diag(likeness(known.surface_shapes, found.surface_shapes))
         worst = int(alike.argmin())
-        if alike[worst] < _SURE and self._apart(begin, end) > _STEP:
+        sure = alike[worst] >= _SURE and np.array_equal(_ranks(known), _ranks(found))
+        if not sure and self._apart(begin, end) > _STEP:
             self._go(begin, self._depth((self._angle(begin) + self._angle(end)) / 2.0))
             return
         if alike[worst] < _LEAST:
@@ -189,3 +195,9 @@ def _cells(c: ModalCoefficients) -> tuple[int, ...]:
     """Cells of a grid along x, y and z."""
     assert isinstance(c.potentials, SplinePotentials)
     return tuple(axis.cells for axis in c.potentials.axes)
+
+
+def _ranks(c: ModalCoefficients) -> NDArray[np.intp]:
+    """How many modes of its parity are slower than each mode."""
+    assert isinstance(c.potentials, SplinePotentials)
+    return c.potentials.rank
