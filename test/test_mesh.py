@@ -349,6 +349,9 @@ FAULTS = {
     'crossing': (bow_tie(), r'passes through itself, first near \(.*\) m; mend'),
     'millimetres': ((1e3 * VERTICES, FACES), r'3000 x 1600 x 1200 m, .* mesh_scale: 0\.001'),
     'kilometres': ((1e-3 * VERTICES, FACES), r'smaller than any tank; .* mesh_scale: 1000\.0'),
+    'both sides of a wall': (
+        joined(box(3.0, 1.6, 1.2), box(2.98, 1.58, 1.18)), 'two sides of a wall; write the inner'
+    ),
     'flat': ((VERTICES * [1, 1, 0], FACES), 'it is flat'),
     'no triangles': ((VERTICES, FACES[:0]), 'has no triangles'),
     'nan': ((VERTICES * [1, np.nan, 1], FACES), 'not finite'),
@@ -366,7 +369,10 @@ def test_a_surface_that_is_no_tank_is_refused(name: str) -> None:
 def test_a_void_within_is_no_second_tank() -> None:
     tank = tank_of(joined(box(3.0, 1.6, 1.2), box(1.0, 0.5, 0.4)))
     assert tank.volume == pytest.approx(3.0 * 1.6 * 1.2 - 0.2)
-    assert tank.repairs == ('12 of 24 triangles faced inwards and are turned',)
+    assert tank.repairs == (
+        'it has 0.2 m^3 closed off within, which stay dry',
+        '12 of 24 triangles faced inwards and are turned',
+    )
     assert tank.filled(0.6).volume == pytest.approx(3.0 * 1.6 * 0.6 - 0.1)
 
 

@@ -23,6 +23,7 @@ Indices = NDArray[np.intp]
 MOST = 50_000  # triangles; more tell no more about the liquid
 _WELD = 1e-6  # [sizes] corners closer than this are one: files have six digits
 _FLAT = 1e-6  # [sizes^3] less volume is none
+_WALL = 0.2  # share of the outer volume between two surfaces, below which they are a wall's
 _TOUCH = 1e-13  # [sizes^3] volume that tells a crossing from a touch and from rounding
 _CHUNK = 2_000_000  # pairs or solid angles at a time
 
@@ -216,10 +217,23 @@ def _oriented(vertices: Array, faces: Indices) -> tuple[Indices, list[str]]:
     for p, volume, depth in zip(parts, volumes, nested, strict=True):
         if (volume > 0.0) == (depth % 2 == 1):
             turned[p], flip[p] = turned[p][:, ::-1], ~flip[p]
+    told = []
+    if len(parts) > 1:
+        whole = float(np.abs(volumes).max())
+        between = float(np.sum(np.where(nested % 2 == 0, 1.0, -1.0) * np.abs(volumes)))
+        if between < _WALL * whole:
+            raise InputError(
+                f'has one surface within another, with {between:.3g} m^3 between them and '
+                f'{whole - between:.3g} m^3 within: these are the two sides of a wall; write the '
+                'inner one alone'
+            )
+        told = [f'it has {whole - between:.3g} m^3 closed off within, which stay dry']
     count = int(np.count_nonzero(flip))
     if count == size:
-        return turned, ['its normals pointed inwards and are turned']
-    return turned, [f'{count} of {size} triangles faced inwards and are turned'] if count else []
+        return turned, [*told, 'its normals pointed inwards and are turned']
+    if count:
+        told.append(f'{count} of {size} triangles faced inwards and are turned')
+    return turned, told
 
 
 def _check_crossing(vertices: Array, faces: Indices) -> None:
