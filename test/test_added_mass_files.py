@@ -253,12 +253,16 @@ def test_a_bemio_file_that_lacks_something(tmp_path: Path) -> None:
     ('name', 'library', 'hint'),
     [
         ('hemisphere.nc', 'xarray', 'pip install xarray netCDF4'),
+        ('hemisphere.nc', 'netCDF4', 'needs netCDF4: pip install netCDF4'),
         ('hemisphere.h5', 'h5py', 'pip install h5py'),
     ],
 )
 def test_a_missing_library_is_named_with_the_remedy(
     monkeypatch: pytest.MonkeyPatch, name: str, library: str, hint: str
 ) -> None:
+    if library == 'netCDF4':
+        pytest.importorskip('xarray')
+        monkeypatch.setitem(sys.modules, 'h5netcdf', None)
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(InputError, match=hint):
         read_added_mass(DATA / name)

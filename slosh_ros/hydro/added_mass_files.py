@@ -259,8 +259,10 @@ def _read_netcdf(path: Path) -> tuple[Array, ComplexArray, float, Array | None, 
     try:
         dataset = xarray.load_dataset(path)
     except (OSError, ValueError) as error:
-        # without the advice of xarray, which goes on over more lines
-        reason = _first_line(error).split('. Consider')[0]
+        reason = _first_line(error)
+        if 'dependencies may not be installed' in reason:
+            raise InputError('needs netCDF4: pip install netCDF4') from error
+        reason = reason.split('. Consider')[0]  # advice of xarray, which goes on over more lines
         raise InputError(f'cannot be read as NetCDF: {reason}') from error
     for name in ('added_mass', 'radiation_damping'):
         if name not in dataset:
