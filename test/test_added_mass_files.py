@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -253,16 +254,29 @@ def test_a_bemio_file_that_lacks_something(tmp_path: Path) -> None:
     ('name', 'library', 'hint'),
     [
         ('hemisphere.nc', 'xarray', 'pip install xarray netCDF4'),
-        ('hemisphere.nc', 'netCDF4', 'needs netCDF4: pip install netCDF4'),
         ('hemisphere.h5', 'h5py', 'pip install h5py'),
     ],
 )
 def test_a_missing_library_is_named_with_the_remedy(
     monkeypatch: pytest.MonkeyPatch, name: str, library: str, hint: str
 ) -> None:
-    if library == 'netCDF4':
-        pytest.importorskip('xarray')
-        monkeypatch.setitem(sys.modules, 'h5netcdf', None)
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(InputError, match=hint):
         read_added_mass(DATA / name)
+
+
+def test_a_missing_reader_of_netcdf_is_named() -> None:
+    """In a process of its own: xarray asks once which readers there are."""
+    pytest.importorskip('xarray')
+    done = subprocess.run(
+        [
+            sys.executable, '-c',
+            'import sys; sys.modules |= {"netCDF4": None, "h5netcdf": None}\n'
+            'from slosh_ros.hydro.added_mass_files import read_added_mass\n'
+            'from pathlib import Path\n'
+            f'read_added_mass(Path({str(DATA / "hemisphere.nc")!r}))',
+        ],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert 'hemisphere.nc: needs netCDF4: pip install netCDF4' in done.stderr
