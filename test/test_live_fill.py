@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,12 @@ from typer.testing import CliRunner
 
 from slosh_ros.cli import app
 from slosh_ros.engine import Loads, MotionSample, SloshConfig, SloshEngine
+from slosh_ros.engine import fill as engine_fill
 from slosh_ros.engine.kinematics import Pose
 from slosh_ros.errors import InputError
-from slosh_ros.hydro import coefficients_of
+from slosh_ros.hydro import coefficients_of, volume, volume_sweep
+from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
+from slosh_ros.hydro.volume_sweep import VolumeSweep
 from slosh_ros.tank import rectangular
 
 pytestmark = pytest.mark.dear
@@ -439,6 +443,49 @@ def test_a_sphere_is_filled_and_drained() -> None:
             np.testing.assert_allclose(
                 loads.total, expected, rtol=0.0, atol=1e-4 * np.abs(expected).max()
             )
+
+
+# --- before the table, and without one -----------------------------------------------------------
+
+
+def test_sections_are_solved_for_at_all_fills_together() -> None:
+    drive = Drive(PIPE | {'tank.fill_ratio': 0.5})
+    assert drive.engine.fill_known('tank', 0.0)
+    assert not drive.engine.fill_known('tank', 0.3)
+    with pytest.raises(InputError, match='solved for at all fills together'):
+        drive.engine.solve_fill('tank', 0.3)
+
+
+def test_fills_that_cannot_be_tabulated_are_solved_for_one_by_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A vessel on two legs is two pools when it is all but empty: no table goes so far down."""
+    trimesh = pytest.importorskip('trimesh')
+    pytest.importorskip('manifold3d')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    few = VolumeResolution(cells=1.4, degree=3, triangles=800, grids=0)
+    monkeypatch.setattr(volume_sweep, 'VolumeSweep', partial(VolumeSweep, resolution=few))
+    monkeypatch.setattr(
+        volume, 'volume_coefficients', partial(volume_coefficients, resolution=few)
+    )
+    monkeypatch.setattr(engine_fill, 'apart', engine_fill._here)
+    gap = trimesh.creation.box((2.0, 0.4, 0.4)).apply_translation((0.0, 0.0, -0.6))
+    trimesh.creation.box((1.0, 1.2, 1.6)).difference(gap).export(tmp_path / 'legs.ply')
+    drive = Drive(
+        {
+            'tank.shape': 'mesh', 'tank.mesh_file': str(tmp_path / 'legs.ply'), 'tank.modes': 1,
+            'tank.fill_ratio': 0.6, 'tank.damping_ratio': 0.05,
+        }
+    )  # fmt: skip
+    with pytest.raises(InputError, match='2 pools that are not connected'):
+        drive.engine.prepare_fills()
+    drive.engine.set_fill('tank', 0.5)
+    whole = 1.2 * 1.6 - 0.16
+    assert drive.one().total[2] == pytest.approx(-1000.0 * whole * 0.5 * G)
+    with pytest.raises(InputError, match='2 pools that are not connected'):
+        drive.engine.set_fill('tank', 0.1)
+    assert drive.engine.fill_ratio('tank') == 0.5
+    assert drive.one().total[2] == pytest.approx(-1000.0 * whole * 0.5 * G)
 
 
 # --- slosh modes --fill A:B:N --------------------------------------------------------------------

@@ -25,7 +25,7 @@ from slosh_ros.tank import (
 )
 from slosh_ros.tank.mesh_check import checked, winding
 from slosh_ros.tank.mesh_cut import cut_below
-from slosh_ros.tank.surface import area_vectors
+from slosh_ros.tank.surface import area_vectors, solid_moments
 from slosh_ros.tank.triangulation import triangulate
 
 trimesh = pytest.importorskip('trimesh')
@@ -129,6 +129,30 @@ def test_the_origin_of_the_file_does_not_matter(tmp_path: Path) -> None:
     rotated = around.filled(depth)
     assert rotated.surface_centre == pytest.approx(quarter @ here.surface_centre, abs=1e-6)
     assert rotated.inertia == pytest.approx(quarter @ here.inertia @ quarter.T, abs=1e-6)
+
+
+@pytest.mark.parametrize('name', ['leaning', 'stepped', 'frame', 'turned capsule'])
+def test_the_volume_below_a_level_is_that_of_the_surface_cut_there(name: str) -> None:
+    """By heights of triangles alone, to rounding: between, at and next to corners of the mesh."""
+    if name == 'frame':
+        pytest.importorskip('manifold3d')
+        surface = frame()
+    elif name == 'turned capsule':
+        made = trimesh.creation.capsule(height=2.0, radius=0.7, count=(8, 8))
+        made.apply_transform(trimesh.transformations.rotation_matrix(0.7, (0.3, 1.0, 0.2)))
+        surface = np.array(made.vertices), np.array(made.faces)
+    else:
+        surface = PAIRS[name][0]
+    tank = tank_of(surface)
+    corners = tank.vertices[:, 2] + tank.height / 2.0
+    near = [corners + step for step in (-1e-7, 0.0, 1e-7)]
+    depths = np.concatenate([np.linspace(0.0, tank.height, 41), *near])
+    for depth in np.clip(depths, 0.0, tank.height).tolist():
+        cut = cut_below(tank.vertices, tank.faces, depth - tank.height / 2.0)
+        volume = solid_moments(cut.points[cut.wall]).whole
+        assert tank.fill_ratio(depth) == pytest.approx(volume / tank.volume, rel=0.0, abs=3e-9)
+        if np.abs(corners - depth).min() > 1e-8:
+            assert tank.fill_ratio(depth) == pytest.approx(volume / tank.volume, abs=1e-13)
 
 
 @pytest.mark.parametrize('fill_ratio', [0.1, 0.5, 0.9])

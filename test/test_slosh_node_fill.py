@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import signal
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
+from diagnostic_msgs.msg import DiagnosticArray
 from drives import write_bag
 from geometry_msgs.msg import InertiaStamped
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
@@ -26,13 +29,18 @@ from ros_rig import (
     call,
     diagnostics,
     imu,
+    stamp_of,
     wrench_of,
 )
 from std_msgs.msg import Float64, Float64MultiArray
 
 from slosh_ros.bag import MotionBag, Recording, replay
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
+from slosh_ros.engine import fill as engine_fill
 from slosh_ros.engine.convert import IMU
+from slosh_ros.hydro import volume_sweep
+from slosh_ros.hydro.volume import VolumeResolution
+from slosh_ros.hydro.volume_sweep import VolumeSweep
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -51,6 +59,12 @@ TANKS = """/**:
     rear: {xyz: [-3.0, 0.0, 1.0], shape: cylinder_x, radius: 0.8, length: 3.0, fill_ratio: 0.5,
            modes: 2}
 """
+MESH = """/**:
+  ros__parameters:
+    tank: {shape: mesh, mesh_file: box.ply, fill_ratio: 0.5, modes: 2, damping_ratio: [0.05, 0.05],
+           density: 850.0}
+"""
+RELIABLE = 'qos_overrides./imu/data.subscription.reliability:=reliable'
 SPHERE = """/**:
   ros__parameters:
     tank: {shape: sphere, radius: 0.9, fill_ratio: 0.5, modes: 8}
@@ -71,6 +85,44 @@ class Fills:
 
     def fill(self, ratio: float) -> None:
         self.publisher.publish(Float64(data=ratio))
+
+
+class Stream:
+    """Sends samples at their times, whatever comes, and notes how long answers take."""
+
+    def __init__(self, driver: Driver) -> None:
+        self.driver = driver
+        self.answers = driver.received['wrench_total']
+        self.waits: list[float] = []
+        self.ahead = 0  # most samples that had no answer when another one was sent
+        self.count = 0
+        self._sent: dict[int, float] = {}
+        self._due = time.monotonic()
+
+    def one(self) -> float:
+        """Send a sample of a tank at rest; return the last weight that was heard of."""
+        self.count += 1
+        message = imu(START + self.count * STEP)
+        self._sent[START + self.count * STEP] = time.monotonic()
+        self.driver.publisher.publish(message)
+        self._due = max(self._due + STEP / NANOSECONDS, time.monotonic())
+        self.listen(0.001)
+        while (left := self._due - time.monotonic()) > 0.0:
+            self.listen(min(left, 0.005))
+        self.ahead = max(self.ahead, len(self._sent))
+        return -wrench_of(self.answers[-1])[2]
+
+    def listen(self, seconds: float) -> None:
+        seen = len(self.answers)
+        self.driver.spin_for(seconds)
+        for answer in self.answers[seen:]:
+            self.waits.append(time.monotonic() - self._sent.pop(stamp_of(answer)))
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Go on until something is so."""
+        while not done():
+            assert self.count < 20_000
+            self.one()
 
 
 def test_fill_by_topic_and_parameter_equals_the_engine_told_the_same_and_the_bag(tmp_path: Path):
@@ -214,50 +266,150 @@ def test_samples_do_not_wait_while_the_liquid_at_other_fills_is_computed(tmp_pat
     """The first fill of a sphere takes seconds of computing, a sensor of 100 Hz goes on."""
     file = tmp_path / 'tank.yaml'
     file.write_text(SPHERE)
-    reliable = '/imu/data.subscription.reliability:=reliable'
     with (
         NodeProcess(
-            'slosh_node', tmp_path / 'node.log', '--params-file', str(file),
-            '-p', f'qos_overrides.{reliable}',
+            'slosh_node', tmp_path / 'node.log', '--params-file', str(file), '-p', RELIABLE
         ) as node,
         Driver() as driver,
-    ):  # fmt: skip
+    ):
         node.wait_for('ready')
         driver.wait_for_node()
         driver.exchange(imu(START))
         fills = Fills(driver, 'slosh_node/fill')
-        answers = driver.received['wrench_total']
-        waits, sent = [], {}
-
-        def one(k: int) -> float:
-            """Send a sample at its time and note how long the answers that came have taken."""
-            message = imu(START + k * STEP)
-            sent[message.header.stamp.nanosec, message.header.stamp.sec] = time.monotonic()
-            driver.publisher.publish(message)
-            until = begin + k * STEP / NANOSECONDS
-            while (left := until - time.monotonic()) > 0.0:
-                seen = len(answers)
-                driver.spin_for(min(left, 0.002))
-                for answer in answers[seen:]:
-                    at = answer.header.stamp.nanosec, answer.header.stamp.sec
-                    waits.append(time.monotonic() - sent.pop(at))
-            return -wrench_of(answers[-1])[2]
-
-        begin = time.monotonic()
-        for k in range(1, 100):
-            full = one(k)
+        stream = Stream(driver)
+        for _ in range(100):
+            full = stream.one()
         assert 'is being computed' not in node.output
-        waits.clear()
+        stream.waits.clear()
         fills.fill(0.25)
-        while not (workers := node.children):
-            one(k := k + 1)
-        while abs(one(k := k + 1) / full - 0.5) > 1e-6:
-            assert k < 6000
+        stream.until(lambda: bool(node.children))
+        workers = node.children
+        stream.until(lambda: abs(stream.one() / full - 0.5) < 1e-6)
         assert 'is being computed' in node.output
-        assert len(waits) > 30
-        assert np.median(waits) < 0.05
+        assert len(stream.waits) > 30
+        assert np.median(stream.waits) < 0.05
         assert not psutil.wait_procs(workers, TIMEOUT)[1]
         node.wait_for('the liquid of tank is interpolated over the fill to ')
+
+
+def weight_of(ratio: float) -> float:
+    """Of the box in MESH [N]."""
+    return ratio * 3.0 * 1.2 * 1.0 * 850.0 * 9.81
+
+
+@pytest.fixture
+def mesh_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Parameters of a tank of twelve triangles; no table of it is on the disk."""
+    trimesh = pytest.importorskip('trimesh')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    trimesh.creation.box((3.0, 1.2, 1.0)).export(tmp_path / 'box.ply')
+    file = tmp_path / 'tank.yaml'
+    file.write_text(MESH)
+    return file
+
+
+def test_a_fill_of_a_mesh_comes_before_its_table_and_samples_go_on(
+    tmp_path: Path, mesh_file: Path
+):
+    """
+    What is wanted is solved for by itself, while all fills are being tabulated.
+
+    Not one sample of a stream waits or is lost; the wrench is that of a node that starts so.
+    """
+    with (
+        NodeProcess(
+            'slosh_node', tmp_path / 'node.log', '--params-file', str(mesh_file), '-p', RELIABLE
+        ) as node,
+        Driver() as driver,
+    ):
+        node.wait_for('ready', 60.0)
+        driver.wait_for_node()
+        driver.exchange(imu(START))
+        fills = Fills(driver, 'slosh_node/fill')
+        reports: list[DiagnosticArray] = []
+        driver.node.create_subscription(DiagnosticArray, '/diagnostics', reports.append, 10)
+        stream = Stream(driver)
+        for _ in range(100):
+            assert stream.one() == pytest.approx(weight_of(0.5))
+        for ratio in (0.3, 0.7):
+            fills.fill(ratio)
+            stream.until(lambda r=ratio: stream.one() == pytest.approx(weight_of(r)))
+        assert 'is interpolated over' not in node.output
+        (worker,) = node.children  # which still tabulates
+        driver.spin_until(lambda: len(stream.answers) > stream.count)
+        heard = [stamp_of(answer) for answer in stream.answers]
+        assert heard == [START + k * STEP for k in range(stream.count + 1)]
+        assert stream.ahead < 100
+        assert np.median(stream.waits) < 0.05
+        told = [{v.key: v.value for v in report.status[0].values} for report in reports]
+        waiting = [values.get('tank.fill_ratio wanted') for values in told]
+        assert {'0.3000, is being computed', '0.7000, is being computed'} & set(waiting)
+        seen = diagnostics(driver)
+        assert 'tank.fill_ratio wanted' not in seen
+        kept = weight_of(1.0) / 9.81
+        assert float(seen['tank.mass [kg]']) == pytest.approx(0.7 * kept, abs=1e-2)
+        assert float(seen['tank.received so far [kg]']) == pytest.approx(0.4 * kept, abs=1e-2)
+        assert float(seen['tank.released so far [kg]']) == pytest.approx(0.2 * kept, abs=1e-2)
+
+        mesh_file.write_text(MESH.replace('0.5,', '0.7,'))
+        there = SloshEngine(SloshConfig.from_file(mesh_file))
+        (error,) = (tank.coefficients.error for tank in there.tanks)
+        assert error is not None
+        live, expected = [], []
+        there.feed(MotionSample.from_imu(START, [0.0, 0.0, 9.81], [0.0] * 3))
+        for k in range(stream.count + 1, stream.count + 60):
+            stamp, force = START + k * STEP, sample(k)[1]
+            live.append(wrench_of(driver.exchange(imu(stamp, force))[0]))
+            _, loads = there.feed(
+                MotionSample.from_imu(stamp - stream.count * STEP, list(force), [0.0] * 3)
+            )
+            expected.append(loads.wrench)
+        size = np.abs(expected).max()
+        assert np.abs(np.array(live) - expected).max() < (10.0 * error + 1e-5) * size
+        assert node.stop() == 0
+        assert not psutil.wait_procs([worker], TIMEOUT)[1]
+
+
+def test_a_mesh_whose_table_is_on_the_disk_is_filled_as_the_bag_tells(
+    tmp_path: Path, mesh_file: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Bit for bit, at every sample from the first; the table is a coarse one that this builds."""
+    with monkeypatch.context() as coarse:
+        few = VolumeResolution(cells=1.4, degree=3, triangles=800, grids=0)
+        coarse.setattr(volume_sweep, 'VolumeSweep', partial(VolumeSweep, resolution=few))
+        coarse.setattr(engine_fill, 'apart', engine_fill._here)
+        SloshEngine(SloshConfig.from_file(mesh_file)).prepare_fills()
+    live, sent, k = [], [], 0
+    with (
+        NodeProcess('slosh_node', tmp_path / 'node.log', '--params-file', str(mesh_file)) as node,
+        Driver() as driver,
+    ):
+        node.wait_for('ready', 60.0)
+        driver.wait_for_node()
+        driver.exchange(imu(START, (0.0, 0.0, 9.81)))
+        fills = Fills(driver, 'slosh_node/fill')
+        fills.fill(0.5)
+        node.wait_for('the liquid of tank is interpolated over the fill to ', 60.0)
+        for ratio in (0.2, 0.85, 0.995, 1.0, 0.6):
+            fills.fill(ratio)
+            sent.append((START + (k + 1) * STEP, '/slosh_node/fill', ratio))
+            driver.spin_for(0.3)
+            for _ in range(12):
+                k += 1
+                _, total = driver.exchange(imu(*sample(k)))
+                live.append(wrench_of(total))
+            assert -live[-1][2] == pytest.approx(weight_of(ratio))
+    bag = write_bag(
+        tmp_path / 'drive', [START + j * STEP for j in range(k + 1)],
+        lambda t: sample(round(t * NANOSECONDS) // STEP)[1] if t else (0.0, 0.0, 9.81),
+        fills=sent,
+    )  # fmt: skip
+    offline = SloshEngine(SloshConfig.from_file(mesh_file))
+    recording = Recording(offline)
+    with MotionBag(bag, IMU, fills={'tank': (None, 'slosh_node/fill')}) as source:
+        replay(source, offline, [recording])
+    assert recording.total[1:].tolist() == live
+    assert offline.books['tank'].mass == pytest.approx(weight_of(0.6) / 9.81)
 
 
 def test_a_node_that_ends_while_it_computes_leaves_no_process(tmp_path: Path):

@@ -177,7 +177,7 @@ def test_signs_go_on_from_fill_to_fill() -> None:
 def test_a_fill_that_is_changed_live_goes_on_without_a_jump(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The wrench of a settled liquid: from the solution to the table, and up to full."""
+    """The wrench of a settled liquid: from solutions to the table, and up to full."""
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     monkeypatch.setattr(table_cache, 'SWEPT_TOLERANCE', 2e-2)
     monkeypatch.setattr(volume_sweep, 'VolumeSweep', partial(VolumeSweep, resolution=FEW))
@@ -205,14 +205,30 @@ def test_a_fill_that_is_changed_live_goes_on_without_a_jump(
         assert loads is not None
         return np.asarray(loads.total)
 
+    after(20.0)
+    assert not engine.fill_known('tank', 0.62)
+    engine.solve_fill('tank', 0.62)  # as long as there is no table
+    assert engine.fill_known('tank', 0.62)
+    assert not engine.fill_known('tank', 0.63)
+    assert engine.set_fill('tank', 0.62)
+    assert not engine.set_fill('tank', 0.62)
     before = after(20.0)
+    alone = engine.tanks[0].coefficients
+    assert alone.route == 'volume'
+    with pytest.raises(InputError, match=r'at a fill of 0\.002 is not solved for'):
+        engine.solve_fill('tank', 0.002)
     engine.prepare_fills()
-    assert len(list((tmp_path / 'slosh_ros').glob('fill-*.npz'))) == 1
-    engine.set_fill('tank', 0.6 * (1.0 + 1e-7))
+    books = engine.books['tank'].received
+    assert engine.set_fill('tank', 0.62)  # as it is tabulated
     assert np.abs(after(0.05) - before).max() < 5e-3 * np.abs(before).max()
+    assert engine.tanks[0].coefficients.route == 'fill table'
+    assert engine.tanks[0].coefficients.names[:2] == alone.names
+    assert engine.books['tank'].received == pytest.approx(books, abs=1e-6)
+    assert not engine.set_fill('tank', 0.62)
+    assert len(list((tmp_path / 'slosh_ros').glob('fill-*.npz'))) == 1
     assert {'x1', 'y1'} <= set(engine.tanks[0].coefficients.names)
     last = after(0.05)
-    for fill in np.linspace(0.6, 0.995, 80)[1:].tolist():
+    for fill in np.linspace(0.62, 0.995, 80)[1:].tolist():
         engine.set_fill('tank', fill)
         now = after(0.1)
         assert np.abs(now - last).max() < 0.02 * np.abs(last).max()

@@ -18,6 +18,7 @@ from slosh_ros.engine.kinematics import AccelerationFilter, HighPass, Pose, prod
 from slosh_ros.engine.loads import Loads, LoadsBlock
 from slosh_ros.engine.model import ACCELERATION, LEAST_GRAVITY, MOTION, TankModel, VehicleModel
 from slosh_ros.engine.sample import MotionSample
+from slosh_ros.errors import InputError
 from slosh_ros.modal.carried import CarriedLiquid
 from slosh_ros.modal.integrator import ModalIntegrator, each
 from slosh_ros.modal.validity import TrustWatch
@@ -158,11 +159,35 @@ class SloshEngine:
         Raises
         ------
         InputError
-            If the liquid of a tank cannot be computed at some fill.
+            If the liquid of a tank cannot be tabulated, as it cannot be computed at some fill;
+            :meth:`set_fill` then solves for each fill by itself.
         """
+        failures = []
         for fill in self._fills.values():
             if fill.changeable:
-                fill.prepare(elsewhere=True)
+                try:
+                    fill.prepare(elsewhere=True)
+                except InputError as error:
+                    failures.append(error)
+        if failures:
+            raise failures[0]
+
+    def solve_fill(self, tank: str, ratio: float) -> None:
+        """
+        Make :meth:`set_fill` fast for one fill, before it is so for all; in any thread.
+
+        It takes as long as the start, some seconds at most of many tanks, in a process of its own.
+
+        Raises
+        ------
+        InputError
+            If the liquid cannot be computed there.
+        """
+        self._fills[tank].solve_alone(ratio)
+
+    def fill_known(self, tank: str, ratio: float) -> bool:
+        """Whether :meth:`set_fill` of that fill takes no more than some milliseconds."""
+        return self._fills[tank].knows(ratio)
 
     def fill_errors(self) -> dict[str, tuple[float, float]]:
         """
@@ -195,12 +220,13 @@ class SloshEngine:
             fill.prepare()  # tells why
         return checked
 
-    def set_fill(self, tank: str, ratio: float) -> None:
+    def set_fill(self, tank: str, ratio: float) -> bool:
         """
         Fill or drain a tank; the next sample finds it so.
 
         The liquid goes on moving: see :mod:`slosh_ros.engine.fill`. Without
-        :meth:`prepare_fills`, the first change may take seconds.
+        :meth:`prepare_fills`, the first change may take seconds. To set the fill that it has
+        makes it as tabulated where it was solved for by :meth:`solve_fill`.
 
         Parameters
         ----------
@@ -209,20 +235,26 @@ class SloshEngine:
         ratio : float
             Fraction of its volume, 0 (empty) to 1 (full).
 
+        Returns
+        -------
+        bool
+            Whether that changes anything.
+
         Raises
         ------
         InputError
             If there is no such tank, the ratio is none, or the tank can only have one fill.
         """
         ratio = self.checked_fill(tank, ratio)
-        if ratio == self._ratios[tank]:
-            return
         fill, config = self._fills[tank], self.config
+        if ratio == self._ratios[tank] and not fill.outdated:
+            return False
         coefficients, share = fill.at(ratio)
         self._wanted[tank] = TankModel(
             fill.config, config.sensor, config.output_frame, coefficients, share
         )
         self._ratios[tank] = ratio
+        return True
 
     def _refill(self) -> None:
         """Bring about the fills that are wanted, between two samples."""

@@ -23,7 +23,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Solved = tuple[tuple[str, ...], FillTable]
+P = ParamSpec('P')
+T = TypeVar('T')
 
 HALF = 0.5  # fill of which the modes are taken where the tank itself has none
 _COUPLINGS = (0, 1, 5)  # surge, sway, yaw: the lowest mode of each is always among the modes
@@ -102,8 +104,11 @@ class LiveFill:
         self.config, self._start = config, start
         self._names: tuple[str, ...] = start.names
         self._table: FillTable | None = None
+        self._no_table: InputError | None = None
         self._sign: Array = np.ones(len(start.names))
         self._followed: VolumeSweep | None = None
+        self._alone: tuple[float, ModalCoefficients] | None = None
+        self._gave_alone = False
 
     @property
     def changeable(self) -> bool:
@@ -114,6 +119,16 @@ class LiveFill:
     def ready(self) -> bool:
         """Whether another fill takes no more than some milliseconds."""
         return _upright(self.config.tank) or self._table is not None
+
+    def knows(self, fill_ratio: float) -> bool:
+        """Whether a fill takes no more than some milliseconds."""
+        alone = self._alone is not None and self._alone[0] == fill_ratio
+        return self.ready or alone or fill_ratio == 0.0
+
+    @property
+    def outdated(self) -> bool:
+        """Whether the coefficients given last were solved for alone, and are now tabulated."""
+        return self._gave_alone and self._table is not None
 
     @property
     def error(self) -> float:
@@ -150,7 +165,16 @@ class LiveFill:
             self.at(HALF)  # imports what an empty tank did not need
         if self.ready:
             return
-        self._names, table = self._solve(apart if elsewhere else _here)
+        if self._no_table is not None:
+            raise self._no_table
+        try:
+            self._names, table = _tried(
+                config.name, apart if elsewhere else _here,
+                _solved_for, config, self._start.names, self._first,
+            )  # fmt: skip
+        except InputError as error:
+            self._no_table = error
+            raise
         n = len(self._start.names)
         self._sign = np.ones(len(self._names))
         # to have read once imports what later readings need
@@ -160,9 +184,46 @@ class LiveFill:
             self._sign[:n] = np.sign(alike)
         self._table = table
 
+    def solve_alone(self, fill_ratio: float) -> None:
+        """
+        Solve for one fill, which :meth:`at` takes until all are known; in any thread.
+
+        It is done by a process of its own, from the last fill that was solved for. Of tanks by
+        other routes than the 3-D one, all fills together do not take much longer.
+
+        Parameters
+        ----------
+        fill_ratio : float
+            Fraction of the volume, 0 to 1.
+
+        Raises
+        ------
+        InputError
+            If the liquid cannot be computed there, or only together with other fills.
+        """
+        if self.knows(fill_ratio):
+            return
+        if not by_volume(self.config.tank):
+            raise InputError(
+                f'the liquid of {self.config.name} is solved for at all fills together'
+            )
+        low, high = FILL_RANGE
+        if not (low <= fill_ratio <= high or fill_ratio in (0.0, 1.0)):
+            raise InputError(
+                f'the liquid of {self.config.name} at a fill of {fill_ratio:g} is not solved for: '
+                f'a fill must be 0, 1, or between {low:g} and {high:g}'
+            )
+        known = self._start
+        if self._alone is not None and self._alone[1].names:
+            known = self._alone[1]
+        found = _tried(self.config.name, apart, _solved_alone, self.config, known, fill_ratio)
+        self._alone = fill_ratio, found
+
     def at(self, fill_ratio: float) -> tuple[ModalCoefficients, float]:
         """
         Coefficients at a fill, and which share of them has not faded towards an end.
+
+        They are interpolated; solved for where fills cannot be tabulated, or not yet are.
 
         Parameters
         ----------
@@ -172,12 +233,23 @@ class LiveFill:
         config = self.config
         if not self.changeable:
             self.prepare()
+        self._gave_alone = False
         if fill_ratio == 0.0 or (fill_ratio == 1.0 and _upright(config.tank)):
             return still(config.tank, fill_ratio, config.density), 1.0
         if _upright(config.tank):
             depth = config.tank.depth(fill_ratio)
             return coefficients_of(config.tank, depth, config.density, config.modes), 1.0
-        self.prepare()
+        alone = self._alone
+        if self._table is None and alone is not None and alone[0] == fill_ratio:
+            self._gave_alone = True
+            return alone[1], 1.0
+        try:
+            self.prepare()
+        except InputError:
+            low, high = FILL_RANGE
+            if low <= fill_ratio <= high or fill_ratio == 1.0:
+                return self.solved(fill_ratio), 1.0
+            raise
         assert self._table is not None
         if fill_ratio == 1.0:
             return self._table.at(fill_ratio, config.density), 1.0
@@ -217,17 +289,6 @@ class LiveFill:
         if start.names:
             return Start(len(start.names), start.liquid.depth, not one_by_one)
         return Start(config.modes, config.tank.depth(HALF), not one_by_one)
-
-    def _solve(self, do: Callable[..., Solved]) -> Solved:
-        """Solve for what :meth:`prepare` needs."""
-        try:
-            return do(_solved_for, self.config, self._start.names, self._first)
-        except InputError:
-            raise
-        except (ArithmeticError, MemoryError, RuntimeError, ValueError) as error:
-            raise InputError(
-                f'the liquid of {self.config.name} at other fills could not be computed: {error}'
-            ) from error
 
 
 def carried_over(old: TankModel, new: TankModel, settled: Array) -> Array:
@@ -287,9 +348,34 @@ def _upright(tank: Tank) -> bool:
     )
 
 
-def _here(function: Callable[..., Solved], *arguments: object) -> Solved:
+def _here(function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
     """Call a function in this process."""
-    return function(*arguments)
+    return function(*arguments, **keywords)
+
+
+def _tried(
+    name: str,
+    do: Callable[..., T],
+    function: Callable[P, T],
+    *arguments: P.args,
+    **keywords: P.kwargs,
+) -> T:
+    """Compute something of the liquid in a tank; whatever goes wrong is an InputError."""
+    try:
+        return do(function, *arguments, **keywords)
+    except InputError:
+        raise
+    except (ArithmeticError, MemoryError, RuntimeError, ValueError) as error:
+        raise InputError(
+            f'the liquid of {name} at other fills could not be computed: {error}'
+        ) from error
+
+
+def _solved_alone(
+    config: TankConfig, known: ModalCoefficients, fill_ratio: float
+) -> ModalCoefficients:
+    """Solve for one fill by itself."""
+    return LiveFill(config, known).solved(fill_ratio)
 
 
 def _solved_for(config: TankConfig, names: tuple[str, ...], first: Start) -> Solved:

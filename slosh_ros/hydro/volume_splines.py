@@ -31,6 +31,7 @@ from slosh_ros.tank.surface import LiquidSurface, area_vectors
 
 # Gauss points by the size of a piece, in half cells
 _SIZES, _ORDERS = (0.3, 0.8, 1.3), (3, 5, 7, 13)
+_LEVEL = 9  # enough of a level piece of any size: exact to the degree 17, of 16
 _AT_ONCE = 40_000  # Gauss points
 VALUE, SLOPE, MOMENT = 0, 1, 2  # of a spline v along its axis: v, dv/ds, s v
 
@@ -289,10 +290,12 @@ def _moments(triangles: Array, axes: tuple[Axis, ...]) -> Array:
          for k, axis in enumerate(axes)], axis=0,
     )  # fmt: skip
     order = np.array(_ORDERS)[np.searchsorted(_SIZES, size)]
+    level = np.ptp(triangles[:, :, 2], axis=1) == 0.0
+    order[level] = np.minimum(order[level], _LEVEL)
     number = np.ravel_multi_index(cells, counts)
 
     total = np.zeros((*counts, *(degree + 1 for degree in degrees)))
-    for each in _ORDERS:
+    for each in (*_ORDERS, _LEVEL):
         same = np.flatnonzero(order == each)
         same = same[np.argsort(number[same], kind='stable')]
         for some in np.array_split(same, 1 + len(same) * each**2 // _AT_ONCE):

@@ -57,7 +57,7 @@ class SloshNode(Node):
         self._mounting = TfMounting(self) if values.flag('imu.from_tf') and raw else None
         motion = MotionInput(self, kind, topic, take, self._news, raw=raw)
         self._watch = Watch(self.engine, self.get_name(), motion)
-        self._fills = FillInput(self, self.engine, self._news, self._watch.refuse)
+        self._fills = FillInput(self, self.engine, self._news, self._watch)
         # a steady clock: reports go on while simulated time stands still
         self.create_timer(
             _REPORT_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -162,6 +162,7 @@ class SloshNode(Node):
         # what goes on for long is in the diagnostics; the log tells what needs somebody
         self._news.state(finding.subject, finding.text, SEVERITY[finding.level])
         self._news.flush()
+        self._fills.bring()
         self._fills.follow()
 
 

@@ -13,6 +13,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.tank.level import depth_for
 from slosh_ros.tank.mesh_check import Indices, checked, winding
 from slosh_ros.tank.mesh_cut import ROUNDING, Cut, cut_below
+from slosh_ros.tank.mesh_level import VolumeBelow
 from slosh_ros.tank.mesh_refine import refined, split_edges
 from slosh_ros.tank.polygon import outline_moments
 from slosh_ros.tank.surface import (
@@ -64,6 +65,10 @@ class MeshTank:
         return solid_moments(self.vertices[self.faces]).whole
 
     @cached_property
+    def _below(self) -> VolumeBelow:
+        return VolumeBelow(self.vertices[self.faces])
+
+    @cached_property
     def box(self) -> Array:
         """Length, width and height of the bounding box, shape (3,) [m]."""
         return np.asarray(np.ptp(self.vertices, axis=0))
@@ -75,8 +80,9 @@ class MeshTank:
 
     def fill_ratio(self, depth: float) -> float:
         """Fraction of the volume that a liquid of the given greatest depth [m] takes."""
-        cut = self._cut(depth)
-        return solid_moments(cut.points[cut.wall]).whole / self.volume
+        if depth >= self.height:
+            return 1.0
+        return self._below.at(depth - self.height / 2.0) / self.volume
 
     def depth(self, fill_ratio: float) -> float:
         """Greatest depth [m] at which the liquid takes this fraction (0..1) of the volume."""

@@ -9,6 +9,7 @@ nothing: the wetted wall alone tells the moments of the liquid.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -130,20 +131,25 @@ def solid_moments(triangles: Array) -> Moments:
         Their corners, so ordered that normals point outwards [m]. Triangles in planes through the
         origin may be left out.
     """
-    volumes = np.linalg.det(triangles) / 6.0
-    total = triangles.sum(axis=1)
-    second = np.einsum('n,nki,nkj->ij', volumes, triangles, triangles)
-    second += np.einsum('n,ni,nj->ij', volumes, total, total)
+    a, b, c = triangles.transpose(1, 0, 2)
+    volumes = np.sum(a * np.cross(b, c), axis=1) / 6.0
+    total = a + b + c
+    second = _spread(volumes, (a, b, c, total))
     return Moments(float(volumes.sum()), volumes @ total / 4.0, second / 20.0)
 
 
 def surface_moments(triangles: Array) -> Moments:
     """Integrals over the triangles themselves, of the given corners, shape (n, 3, 3) [m]."""
     areas = np.linalg.norm(area_vectors(triangles), axis=1)
-    total = triangles.sum(axis=1)
-    second = np.einsum('n,nki,nkj->ij', areas, triangles, triangles)
-    second += np.einsum('n,ni,nj->ij', areas, total, total)
+    a, b, c = triangles.transpose(1, 0, 2)
+    total = a + b + c
+    second = _spread(areas, (a, b, c, total))
     return Moments(float(areas.sum()), areas @ total / 3.0, second / 12.0)
+
+
+def _spread(weights: Array, points: Sequence[Array]) -> Array:
+    """Sum of r r^T with weights, over n points of each kind."""
+    return np.asarray(sum((weights[:, np.newaxis] * r).T @ r for r in points))
 
 
 def area_vectors(triangles: Array) -> Array:
