@@ -469,8 +469,8 @@ def test_fills_that_cannot_be_tabulated_are_solved_for_one_by_one(
         volume, 'volume_coefficients', partial(volume_coefficients, resolution=few)
     )
     monkeypatch.setattr(engine_fill, 'apart', engine_fill._here)
-    gap = trimesh.creation.box((2.0, 0.4, 0.4)).apply_translation((0.0, 0.0, -0.6))
-    trimesh.creation.box((1.0, 1.2, 1.6)).difference(gap).export(tmp_path / 'legs.ply')
+    gap = trimesh.creation.box((2.0, 0.5, 0.5)).apply_translation((0.0, 0.0, -0.5))
+    trimesh.creation.box((1.0, 1.25, 1.5)).difference(gap).export(tmp_path / 'legs.ply')
     drive = Drive(
         {
             'tank.shape': 'mesh', 'tank.mesh_file': str(tmp_path / 'legs.ply'), 'tank.modes': 1,
@@ -480,7 +480,7 @@ def test_fills_that_cannot_be_tabulated_are_solved_for_one_by_one(
     with pytest.raises(InputError, match='2 pools that are not connected'):
         drive.engine.prepare_fills()
     drive.engine.set_fill('tank', 0.5)
-    whole = 1.2 * 1.6 - 0.16
+    whole = 1.25 * 1.5 - 0.25
     assert drive.one().total[2] == pytest.approx(-1000.0 * whole * 0.5 * G)
     with pytest.raises(InputError, match='2 pools that are not connected'):
         drive.engine.set_fill('tank', 0.1)

@@ -12,7 +12,7 @@ import numpy as np
 import psutil
 import pytest
 
-pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
+rclpy = pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
 from diagnostic_msgs.msg import DiagnosticArray
 from drives import write_bag
@@ -38,9 +38,12 @@ from slosh_ros.bag import MotionBag, Recording, replay
 from slosh_ros.engine import MotionSample, SloshConfig, SloshEngine
 from slosh_ros.engine import fill as engine_fill
 from slosh_ros.engine.convert import IMU
-from slosh_ros.hydro import volume_sweep
-from slosh_ros.hydro.volume import VolumeResolution
+from slosh_ros.hydro import volume, volume_sweep
+from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.hydro.volume_sweep import VolumeSweep
+from slosh_ros.ros import fill as node_fill
+from slosh_ros.ros.fill import REFUSED
+from slosh_ros.ros.slosh_node import SloshNode
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(120)]
 
@@ -410,6 +413,64 @@ def test_a_mesh_whose_table_is_on_the_disk_is_filled_as_the_bag_tells(
         replay(source, offline, [recording])
     assert recording.total[1:].tolist() == live
     assert offline.books['tank'].mass == pytest.approx(weight_of(0.6) / 9.81)
+
+
+def test_a_mesh_that_has_no_table_is_filled_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Fill by fill, after a warning; a fill in two pools is refused, and nothing waits for it."""
+    trimesh = pytest.importorskip('trimesh')
+    pytest.importorskip('manifold3d')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    few = VolumeResolution(cells=1.4, degree=3, triangles=800, grids=0)
+    monkeypatch.setattr(volume_sweep, 'VolumeSweep', partial(VolumeSweep, resolution=few))
+    monkeypatch.setattr(
+        volume, 'volume_coefficients', partial(volume_coefficients, resolution=few)
+    )
+    monkeypatch.setattr(engine_fill, 'apart', engine_fill._here)
+    monkeypatch.setattr(node_fill, '_FROM_DISK', 0.0)
+    gap = trimesh.creation.box((2.0, 0.5, 0.5)).apply_translation((0.0, 0.0, -0.5))
+    trimesh.creation.box((1.0, 1.25, 1.5)).difference(gap).export(tmp_path / 'box.ply')
+    file = tmp_path / 'tank.yaml'
+    file.write_text(MESH)
+    whole = (1.25 * 1.5 - 0.25) * 850.0 * 9.81
+    context = rclpy.Context()
+    rclpy.init(args=['--ros-args', '--params-file', str(file)], context=context)
+    monkeypatch.setattr(rclpy.utilities, 'g_default_context', context)
+    node = SloshNode()
+    try:
+        refused, k = node._watch._refused, 0
+
+        def until(done: Callable[[], bool]) -> float:
+            nonlocal k
+            for _ in range(3000):
+                if done():
+                    return node.engine.tanks[0].coefficients.mass * 9.81
+                k += 1
+                node._on_motion(imu(START + k * STEP))
+                time.sleep(0.01)
+            raise AssertionError(node._watch.extra)
+
+        until(lambda: k > 3)
+        for ratio in (0.45, 0.6):
+            node._fills._on_fill('tank', Float64(data=ratio))
+            until(lambda r=ratio: node.engine.fill_ratio('tank') == r)
+            assert until(lambda: not node._fills._wanted) == pytest.approx(ratio * whole, rel=0.2)
+        until(lambda: node._fills._told)
+        assert 'the mesh has 2 pools' in node._fills._impossible
+        assert refused[REFUSED] == 0
+        node._fills._on_fill('tank', Float64(data=0.1))
+        until(lambda: refused[REFUSED] == 1)
+        node._fills._on_fill('tank', Float64(data=0.4))
+        until(lambda: node.engine.fill_ratio('tank') == 0.4)
+        last = k
+        assert until(lambda: k > last + 1) == pytest.approx(0.4 * whole)
+        assert not node._fills._wanted
+        assert not node._watch.extra
+        until(lambda: not node._fills._busy)
+    finally:
+        node.destroy_node()
+        context.shutdown()
 
 
 def test_a_node_that_ends_while_it_computes_leaves_no_process(tmp_path: Path):
