@@ -12,14 +12,16 @@ import numpy as np
 import psutil
 import pytest
 
-rclpy = pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
+pytest.importorskip('rclpy', reason='needs the ROS 2 wheels (make venv)')
 
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from drives import write_bag
 from geometry_msgs.msg import InertiaStamped
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from ros_rig import (
     NANOSECONDS,
     QOS,
@@ -432,13 +434,14 @@ def test_a_mesh_that_has_no_table_is_filled_all_the_same(
     gap = trimesh.creation.box((2.0, 0.5, 0.5)).apply_translation((0.0, 0.0, -0.5))
     trimesh.creation.box((1.0, 1.25, 1.5)).difference(gap).export(tmp_path / 'box.ply')
     file = tmp_path / 'tank.yaml'
-    file.write_text(MESH)
+    file.write_text(MESH.replace('box.ply', str(tmp_path / 'box.ply')))
     whole = (1.25 * 1.5 - 0.25) * 850.0 * 9.81
-    context = rclpy.Context()
-    rclpy.init(args=['--ros-args', '--params-file', str(file)], context=context)
-    monkeypatch.setattr(rclpy.utilities, 'g_default_context', context)
-    node = SloshNode()
+    rclpy.init(
+        args=['--ros-args', '--params-file', str(file)],
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
     try:
+        node = SloshNode()
         refused, k = node._watch._refused, 0
 
         def until(done: Callable[[], bool]) -> float:
@@ -468,9 +471,9 @@ def test_a_mesh_that_has_no_table_is_filled_all_the_same(
         assert not node._fills._wanted
         assert not node._watch.extra
         until(lambda: not node._fills._busy)
-    finally:
         node.destroy_node()
-        context.shutdown()
+    finally:
+        rclpy.shutdown()
 
 
 def test_a_node_that_ends_while_it_computes_leaves_no_process(tmp_path: Path):
