@@ -638,7 +638,10 @@ def _print_modes(tank: TankConfig, c: ModalCoefficients) -> None:
         f'damping: {_plain(damping.words)}'
     )
     if c.error is not None:
-        of = ', of the fit: what the data are off comes on top' * (c.route == 'added mass')
+        if c.route == 'added mass':
+            of = ', of the fit: what the data are off comes on top'
+        else:
+            of = ', of lambda over the largest of its kind'
         _out.print(f'largest relative error of omega and lambda, estimated: {c.error:.1g}{of}')
     for beyond in damping.beyond:
         _out.print(f'[yellow]damping beyond its range: {_plain(beyond)}[/]')

@@ -104,8 +104,9 @@ class ModalCoefficients:
         The mode shapes close together along k lines of the free surface, on which their largest
         moduli are; None: those of `surface_shapes` are the largest.
     error : float or None
-        Estimated largest relative error of the frequencies and couplings; None for routes that
-        are exact or whose accuracy is known beforehand.
+        Estimated largest relative error of the frequencies and couplings, these over the largest
+        of their kind unless they are fitted; None for routes that are exact or whose accuracy is
+        known beforehand.
     """
 
     route: str
