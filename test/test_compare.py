@@ -10,7 +10,8 @@ from test_bad_input import refused
 from test_replay import slosh
 
 from slosh_ros.errors import InputError
-from slosh_ros.hydro.volume import volume_coefficients
+from slosh_ros.hydro import coefficients_of
+from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.study.compare import CIRCLE, SPHERE, Quantity, Route, compare
 from slosh_ros.study.enclosed import Enclosed
 from slosh_ros.tank import Tank, cylinder_x, ellipse_x, rectangular, section_x, sphere
@@ -129,5 +130,18 @@ def test_enclosed_liquids_are_closed_and_of_the_right_volume() -> None:
     volume = np.einsum('ij,ij->', centres, areas) / 3.0
     assert volume == pytest.approx(tank.filled(1.1).volume, rel=2e-3)
     assert np.all(area_vectors(surface.free)[:, 2] > 0.0)
-    assert Enclosed.of(section_x([0.0, 0.0, 2.0, 0.0, 1.0, 1.5], 3.0)) is None
-    assert volume_coefficients(enclosed, 1.1, 1000.0, 2).names == ('x1', 'y1')
+    assert Enclosed.of(sphere(1.0)) is None
+
+
+def test_a_polygon_by_the_route_of_any_surface() -> None:
+    """Not symmetric: every parity couples with every motion."""
+    tank = section_x([-1.0, -0.6, 0.8, -0.5, 1.2, 0.7, -1.1, 0.9], 3.0)
+    enclosed, depth = Enclosed.of(tank), 0.9
+    assert enclosed is not None
+    exact = coefficients_of(tank, depth, 850.0, 3)
+    found = volume_coefficients(enclosed, depth, 850.0, 3, VolumeResolution(grids=0))
+    assert found.omega == pytest.approx(exact.omega, rel=1e-5)
+    assert found.mass_moved == pytest.approx(exact.mass_moved, rel=1e-4)
+    assert found.inertia_stokes_joukowski == pytest.approx(
+        exact.inertia_stokes_joukowski, rel=1e-4, abs=1.0
+    )

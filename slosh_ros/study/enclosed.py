@@ -7,8 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slosh_ros.tank import LiquidAtRest, SymmetricSection, Tank, UniformTank, UprightCylinder
+from slosh_ros.tank import (
+    LiquidAtRest,
+    Polygon,
+    SymmetricSection,
+    Tank,
+    UniformTank,
+    UprightCylinder,
+)
 from slosh_ros.tank.surface import LiquidSurface
+from slosh_ros.tank.triangulation import triangulate
 
 Array = NDArray[np.float64]
 
@@ -16,7 +24,7 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class Enclosed:
     """
-    A tank of symmetric section along x, or an upright cylinder, whose liquid is surrounded.
+    A tank of one section along x, or an upright cylinder, whose liquid is surrounded.
 
     Parameters
     ----------
@@ -30,7 +38,7 @@ class Enclosed:
     def of(tank: Tank) -> Enclosed | None:
         """Surround a tank; None if it is of another kind."""
         if isinstance(tank, UprightCylinder) or (
-            isinstance(tank, UniformTank) and isinstance(tank.section, SymmetricSection)
+            isinstance(tank, UniformTank) and isinstance(tank.section, SymmetricSection | Polygon)
         ):
             return Enclosed(tank)
         return None
@@ -53,6 +61,8 @@ class Enclosed:
         if isinstance(self.tank, UprightCylinder):
             return _drum(self.tank.radius, depth, size)
         section = self.tank.section
+        if isinstance(section, Polygon):
+            return _prism(section.liquid_outline(depth), self.tank.length)
         assert isinstance(section, SymmetricSection)
         fine = section.wall(depth, np.linspace(0.0, 1.0, 2001))
         length = float(np.linalg.norm(np.diff(fine), axis=0).sum())
@@ -66,6 +76,19 @@ class Enclosed:
         net[..., 0], net[..., 1:] = x[:, np.newaxis], outline
         ends = _disc(net[0]), _disc(net[-1])[:, ::-1]
         return LiquidSurface(np.concatenate([_sheet(net), *ends]), _sheet(net[:, [-1, 0]]))
+
+
+def _prism(outline: Array, length: float) -> LiquidSurface:
+    points, triangles = triangulate(outline, None)
+    front = np.insert(points, 0, length / 2.0, axis=1)[triangles]
+    line = np.concatenate([outline, outline[:1]])
+    net = np.stack([np.insert(line, 0, x, axis=1) for x in (length / 2.0, -length / 2.0)])
+    is_free = (line[:-1, 1] == 0.0) & (line[1:, 1] == 0.0)
+    back = front[:, ::-1] * [-1.0, 1.0, 1.0]
+    wall, free = [front, back], [np.zeros((0, 3, 3))]
+    for i, on_top in enumerate(is_free.tolist()):
+        (free if on_top else wall).append(_sheet(net[:, i : i + 2]))
+    return LiquidSurface(np.concatenate(wall), np.concatenate(free))
 
 
 def _drum(radius: float, depth: float, size: float) -> LiquidSurface:
