@@ -52,10 +52,10 @@ _SPARSE = 2  # of so many samples of the crests one is enough: they are dense at
 # at peaks there goes a parabola through three
 _FIRST = 3  # nodes of an interval before the first is tested
 _MOST = 16  # nodes of an interval; it is halved if they are not enough
-_SOLUTIONS = 160  # no interval is halved after so many
-_DEAR = 110  # of tanks of any shape, which take a second each; then intervals get no more than
-_ENOUGH = 5  # nodes
-_SHARP = 0.3  # [rad] a corner that turns the wall by less has no wave of its own
+_SOLUTIONS = 160  # after so many each interval gets no more than some nodes
+_DEAR = 120  # of tanks of any shape, which take a second each
+_ENOUGH = 5  # these nodes
+_SHARP = 0.12  # [rad] a corner that turns the wall by less has no wave of its own
 _CANDIDATES = 201  # places for a new node
 _LEVEL = 1e-9  # [heights] what is above the surface by less is at it
 _SAME_PLACE = 2e-3  # [m] by which a point may have been moved into the liquid
@@ -232,6 +232,7 @@ class FillTable:
             _Interval(a, b, [], turns.get(a, 0.0) > _SHARP) for a, b in itertools.pairwise(places)
         ]
         self._done: list[_Interval] = []
+        self._ends: dict[float, _Node] = {}  # nodes at the ends of intervals
         self._crossings = self._levels()
         self._crossed: list[_Node] = []
         # of the full tank: J0 at a density of 1, and the potentials of rotation at the points
@@ -271,48 +272,50 @@ class FillTable:
             angle = self._crossings.pop()
             self._crossed.append(self._solved(angle).alike(self._values(angle)))
             return
-        part = self._open[0]
-        node = self._solved(part.next())
+        part = max(self._open, key=lambda part: part.error)
+        while (angle := part.next()) in self._ends:  # solved for as the end of the one beside it
+            part.add(self._ends[angle])
+        node = self._solved(angle)
+        if angle in (part.begin, part.end):
+            self._ends[angle] = node
         if len(part.nodes) >= _FIRST:
             guess = part.at(node.angle)
             part.error = self._missed(node.alike(guess), guess)
         part.add(node)
-        if len(part.nodes) > _FIRST and part.error <= self._tolerance:
-            self._close()
-        elif len(part.nodes) >= (_ENOUGH if self._dear and self._late else _MOST):
-            self._halve()
+        late = self.solutions > (_DEAR if self._dear else _SOLUTIONS)
+        if len(part.nodes) >= _MOST and part.error > self._tolerance and not late:
+            self._halve(part)
+        for other in list(self._open):
+            enough = late and len(other.nodes) >= _ENOUGH
+            if enough or (len(other.nodes) > _FIRST and other.error <= self._tolerance):
+                self._open.remove(other)
+                self._done.append(other)
+        if not self._open:
+            self._join()
 
-    def _close(self) -> None:
-        part = self._open.pop(0)
-        part.values = np.stack([node.values for node in part.nodes])
-        self._done.append(part)
-        if self._open:  # the next begins where this one ends
-            later = [node for node in self._open[0].nodes if node.angle > part.end]
-            self._open[0].nodes = [part.nodes[-1]]
-            for node in later:
-                self._open[0].add(node)
-
-    @property
-    def _late(self) -> bool:
-        """Whether there are so many solutions that the error may stay as it is."""
-        return self.solutions > (_DEAR if self._dear else _SOLUTIONS)
-
-    def _halve(self) -> None:
-        part = self._open[0]
-        if self._late:
-            self._close()
-            return
+    def _halve(self, part: _Interval) -> None:
         middle = min(
-            (node.angle for node in part.nodes),
-            key=lambda angle: abs(angle - (part.begin + part.end) / 2.0),
-        )
-        self._open[:1] = [
-            _Interval(a, b, [node for node in part.nodes if a <= node.angle <= b], at_corner)
-            for a, b, at_corner in (
-                (part.begin, middle, part.at_corner),
-                (middle, part.end, False),
-            )
-        ]
+            part.nodes, key=lambda node: abs(node.angle - (part.begin + part.end) / 2.0)
+        ).angle
+        self._open.remove(part)
+        for a, b, at_corner in (
+            (part.begin, middle, part.at_corner),
+            (middle, part.end, False),
+        ):
+            nodes = [node for node in part.nodes if a <= node.angle <= b]
+            self._open.append(_Interval(a, b, nodes, at_corner))
+
+    def _join(self) -> None:
+        """Let modes keep their signs from each interval to the next."""
+        self._done.sort(key=lambda part: part.begin)
+        last: list[_Node] = []
+        for part in self._done:
+            nodes = part.nodes[len(last) :]
+            part.nodes = list(last)
+            for node in nodes:
+                part.nodes.append(node.alike(part.nodes[-1].values) if part.nodes else node)
+            part.values = np.stack([node.values for node in part.nodes])
+            last = part.nodes[-1:]
 
     def _solved(self, angle: float) -> _Node:
         self.solutions += 1
