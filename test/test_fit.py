@@ -19,7 +19,6 @@ from slosh_ros.hydro.fit import (
     YAW,
     Family,
     FittedFamily,
-    _Fit,
     added_mass_coefficients,
     fit_family,
     fit_liquid,
@@ -95,7 +94,8 @@ def test_residues_without_knowledge_of_the_liquid(family: Family) -> None:
         )
     )
     # the first two of sway nearly cancel: theirs in terms of what cancels
-    assert np.abs(residue - exact) == pytest.approx(0.0, abs=0.02 * np.max(np.abs(mass * lever)))
+    cancels = np.max(np.abs(mass * lever))
+    assert np.all(np.abs(residue - exact) < 0.02 * np.maximum(np.abs(exact), cancels))
 
 
 @pytest.fixture(scope='module')
@@ -107,24 +107,6 @@ def families() -> tuple[FittedFamily, ...]:
 def test_exact_data_give_exact_modes(families: tuple[FittedFamily, ...]) -> None:
     for fitted in families[:2]:
         check(fitted, 1e-5, 1e-4, 1e-4)
-
-
-def test_two_halves_of_a_pole_become_one() -> None:
-    """On a dense grid least squares stay with two poles where there is one: a local optimum."""
-    omega = np.arange(2.0, 5.01, 0.04)
-    problem = _Fit(data(omega, noise=0.01), SURGE)
-    split = np.zeros((5, 4))
-    split[:, 0] = 1.0826, 2.917, 4.181, 4.2031, 6.0
-    split[:, 2], split[:, 3] = -0.7, 1e-9
-    halves = problem.optimised(split, 0.02, problem.weight)
-    assert np.count_nonzero(np.abs(halves.modes[:, 0] - 4.2) < 0.05) == 2
-    found = problem._merge(halves)
-    assert found is not None
-    assert found.criterion < halves.criterion
-    (one,) = found.modes[np.abs(found.modes[:, 0] - 4.2) < 0.1]
-    truth_omega, truth_mass, _ = (of[2] for of in truth(SURGE))
-    assert one[0] == pytest.approx(truth_omega, rel=3e-4)
-    assert one[1] == pytest.approx(truth_mass, rel=0.02)
 
 
 @pytest.fixture(scope='module')
@@ -166,7 +148,8 @@ def test_spikes_do_no_harm(family: Family) -> None:
 def test_modal_masses_are_positive_whatever_the_data(seed: int) -> None:
     random = np.random.default_rng(seed)
     matrix = random.standard_normal((20, 6, 6)) * 1e3
-    found = AddedMass(np.linspace(0.2, 4.0, 20), matrix + 0j, 1.0, np.zeros(3))
+    matrix = matrix + matrix.transpose(0, 2, 1) + 0j
+    found = AddedMass(np.linspace(0.2, 4.0, 20), matrix, 1.0, np.zeros(3))
     fitted = fit_family(found, SURGE, max_modes=4)
     assert np.all(fitted.modal_mass > 0.0)
 

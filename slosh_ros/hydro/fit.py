@@ -1,88 +1,56 @@
 """
 From added mass over frequency to poles, modal masses and levers (THEORY 5, item "fit").
 
-Over x = omega^2 a family of modes that share a plane of motion (surge with pitch, sway with roll)
-has, with s = +1 for surge and -1 for sway, the lever l = lambda_5/lambda_1 (lambda_4/lambda_2),
-and the modal mass R = lambda_1^2/mu > 0,
-
-    A_push  = k_0 + sum R x/D,
-    A_cross = k_1 + sum R (l x + s g)/D,
-    A_turn  = k_2 + sum R (l^2 x + 2 s g l + (1 + i delta) g^2/x_m)/D,  D = x_m - x (1 + i delta),
-
-which are eqs (32)-(35) with the liquid under its lid, the hydrostatic moment of the modes that
-are not resolved in k_1, and what is the same at all frequencies in k_0 and k_2. So each mode takes
-one pole x_m, one R >= 0 and one lever for all entries together; yaw has A_66 alone.
-
-Why not vector fitting or AAA. Both fit a rational function with free residues and few data per
-unknown: 1 % of noise gives them poles beside zeros (Froissart doublets) and residues of the wrong
-sign or rank. Here sign and rank are built in, and poles start where they must be: between poles a
-lossless A_push rises everywhere (Foster's theorem), hence wherever it falls from one grid point to
-the next there is a pole between the two, however coarse the grid. From there a nonlinear least
-squares on relative deviations, with a loss that lets single points go (the spikes at resonance),
-moves all at once.
-
-How many. A mode comes in or goes out if that lowers Bayes's information criterion
-n log(sigma^2) + p log n by more than `EVIDENCE`; two neighbours become one if that lowers it at
-all. Poles above the band of the data stand for all that lies there: they take part in the fit, not
-in the result.
-
-What it cannot tell apart. Two poles of a family between the same two frequencies of the data come
-out as one, with about the sum of their modal masses: give frequencies closer than the modes are.
+What a family of modes makes of the added mass is in :mod:`slosh_ros.hydro.poles`; how their number
+and places are found, in :mod:`slosh_ros.hydro.pole_search`. Here are the data and what is known of
+the liquid at rest before, and the coefficients after. Poles above the band of the data take part
+in the fit, not in the result.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.added_mass import AddedMass
+from slosh_ros.hydro.added_mass_checks import (
+    check_damping,
+    check_entries,
+    check_reciprocity,
+    check_symmetry,
+)
 from slosh_ros.hydro.coefficients import ModalCoefficients, surface_grid
+from slosh_ros.hydro.pole_fit import FLOOR, PoleFit, Solved
+from slosh_ros.hydro.pole_search import solve
+from slosh_ros.hydro.poles import SURGE, SWAY, YAW, Family, PoleModel
 from slosh_ros.tank import LiquidAtRest
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
-EVIDENCE = 10.0  # "very strong" on Kass & Raftery's scale (J. Am. Stat. Assoc. 90, 1995)
-FLOOR = 0.03  # of the median modulus: deviations below it count as those of this
+__all__ = [
+    'SURGE',
+    'SWAY',
+    'YAW',
+    'Family',
+    'FittedFamily',
+    'added_mass_coefficients',
+    'fit_family',
+    'fit_liquid',
+    'fitted_coefficients',
+]
+
+FEWEST = 8  # frequencies: two for each of the four numbers that make a mode
 TRUST = 30.0  # weight of what is known of the liquid at rest, in data of the same value
 DOUBT = 10.0  # standard errors of the data's own value at rest beyond which it is not used
-SPIKE = 3.0  # standard deviations beyond which a point tells no more about the number of modes
-SMALLEST_SHARE = 1e-4  # of all modal masses of a family; a mode below it is not worth its state
-SMALL_SHARE, LONELY = 0.03, 0.01  # a small mode felt at one point a hundred times more is a spike
-FEW_STEPS, MANY_STEPS = 30, 80  # of least squares, to come near and to come home
-CLOSE = 5  # steps of the frequencies; poles so near each other may be the halves of one
-SAME_WAY = 1e-3  # relative difference of modes from which least squares come home alike
-BEST_NOISE = 1e-5  # relative; no boundary element code is better than that
 SAME = 1e-6  # relative difference of entries of surge and sway that are the same
-ASYMMETRY = 0.01  # of the geometric mean of the diagonal entries
-RECIPROCITY = 0.05  # of the same
-GAIN, GAINING = 0.01, 0.1  # negative damping over |A| that is no rounding; share of frequencies
 MASS_TOLERANCE = 0.05  # of A_11(0) against the liquid's mass
-SMALLEST_LOSS = 1e-9
 SURE = 5.0  # standard errors a mass must have: somewhere on a grid three come about by chance
+NORMAL = 0.6745  # the median modulus of what is normally distributed, in standard deviations
 COVERAGE = 10.0  # standard errors that errors reach: what lies above the band bends a fit, too
-
-
-class Family(NamedTuple):
-    """Modes that share a plane of motion: rows of the 6x6 matrix, and s of the module's notes."""
-
-    name: str
-    push: int
-    turn: int
-    sign: float
-
-
-SURGE = Family('surge', 0, 4, 1.0)
-SWAY = Family('sway', 1, 3, -1.0)
-YAW = Family('yaw', 5, 5, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +67,8 @@ class FittedFamily:
     modal_mass : array, shape (n,)
         R = lambda^2/mu, positive [kg], of yaw [kg m^2].
     lever : array, shape (n,)
-        lambda_5/lambda_1 of surge, lambda_4/lambda_2 of sway [m]; zero for yaw.
+        lambda_5/lambda_1 of surge, lambda_4/lambda_2 of sway [m]; zero for yaw, not a number where
+        there is A_push alone.
     loss : array, shape (n,)
         Loss factor delta, twice the damping ratio at resonance.
     omega_error, modal_mass_error, lever_error : array, shape (n,)
@@ -140,7 +109,8 @@ def fit_family(
     Parameters
     ----------
     data : AddedMass
-        About O, radiation potential alone: see :meth:`AddedMass.about_surface_centre`.
+        About O, radiation potential alone: see :meth:`AddedMass.about_surface_centre`. Where it
+        has A_push alone, levers are not known; where it has no A_turn, two entries tell them.
     family : Family
         `SURGE`, `SWAY` or `YAW`.
     at_rest : tuple of float, optional
@@ -155,415 +125,112 @@ def fit_family(
     InputError
         If entries are missing or there are too few frequencies.
     """
-    free = _Fit(data, family)
-    solved = free.solve(max_modes)
-    found = free.at_rest(solved)
-    if at_rest is not None and family is not YAW and _told_by(found, solved, at_rest):
-        # only now: far from the solution so much trust would draw poles to where they are not
-        known = _Fit(data, family, at_rest)
-        solved = known.optimised(solved.modes, max(2.0 * solved.noise, 1e-4), known.settled)
-    return free.result(solved, found)
+    problem = pole_problem(data, family)
+    solved = solve(problem, max_modes)
+    problem = replace(problem, settled=True)
+    found = problem.at_rest(solved.modes, solved.constants)
+    if at_rest is not None and problem.model.entries > 1:
+        slopes = problem.at_rest_slopes(solved.modes)
+        error = np.sqrt(np.diag(slopes @ problem.covariance(solved) @ slopes.T))
+        known = np.asarray(at_rest, dtype=float)
+        # panels make a liquid 1 % lighter at every frequency alike: such data have no use for its
+        # true mass, which would tear their modes apart
+        if np.all(np.abs(found - known) <= DOUBT * error + 1e-6 * np.abs(known)):
+            # only now: far from the solution so much trust would draw poles to where they are not
+            trust = np.median(solved.spread[:2], axis=1) / TRUST
+            problem = replace(problem, known=np.array([known, trust]))
+            solved = problem.refined(solved.modes, solved.constants, solved.spread)
+    return _result(problem, family, solved, found)
 
 
-def _told_by(found: tuple[float, float], solved: _Solved, known: tuple[float, float]) -> bool:
-    """
-    Tell that what is known is within the errors of what the data tell.
-
-    Panels make a liquid 1 % lighter at every frequency alike: such data have no use for its true
-    mass, which would tear their modes apart.
-    """
-    off = np.abs(np.subtract(found, known))
-    return bool(np.all(off <= DOUBT * solved.rest_error + 1e-6 * np.abs(known)))
-
-
-class _Fit:
-    """The least-squares problem; a model is an array of (omega, R, lever, loss) rows."""
-
-    def __init__(
-        self, data: AddedMass, family: Family, at_rest: tuple[float, float] | None = None
-    ) -> None:
-        push, turn = family.push, family.turn
-        entries = [(push, push)]
-        if family is not YAW:
-            entries += [(push, turn), (turn, turn)]
-            if not data.has(*entries[:2]):
-                raise InputError(
-                    f'{data.source}: a fit of {family.name} needs the entries '
-                    f'{push + 1}{push + 1} and {push + 1}{turn + 1} at every frequency'
-                )
-            if not data.has(entries[2]):
-                entries.pop()
-        self.family = family
-        self.x = data.omega**2
-        self.omega = data.omega
-        finite = data.omega[np.isfinite(data.omega)]
-        if len(finite) < 8:
-            raise InputError(
-                f'{data.source}: {len(finite)} frequencies are too few for a fit; give 8 or more'
-            )
-        self.band_end = _band_end(finite)
-        # reciprocity: both triangles tell the same
-        both = 0.5 * (data.matrix + data.matrix.transpose(0, 2, 1))
-        self.values: ComplexArray = np.stack([both[:, i, j] for i, j in entries])
-        modulus = np.abs(self.values)
-        median = np.median(modulus, axis=1, keepdims=True)
-        # an entry may vanish, as that of roll about the axis of a cylinder: then it counts against
-        # what a lever of the size of g/omega^2 would make of it
-        lever = (GRAVITY / self.band_end**2) ** np.arange(len(entries))[:, np.newaxis]
-        floor = FLOOR * np.maximum(median, median[0] * lever)
-        self.weight = 1.0 / np.hypot(modulus, np.maximum(floor, np.finfo(float).tiny))
-        self.lossy = bool(np.any(np.abs(self.values.imag) > 1e-9 * modulus))
-        if self.lossy:
-            # losses change the shape of a mode, too: felt where lever and g/x nearly cancel
-            with np.errstate(divide='ignore', invalid='ignore'):
-                arm = np.where(self.x > 0.0, GRAVITY / self.x, 0.0)
-            blur = np.abs(self.values[0].imag) * arm ** np.arange(len(entries))[:, np.newaxis]
-            blur[0] = 0.0
-            self.weight = 1.0 / np.hypot(1.0 / self.weight, blur)
-        self.settled = self.weight
-        if at_rest is not None and family is not YAW:
-            known = np.zeros((len(entries), 1))
-            known[:2, 0] = at_rest
-            trust = np.zeros_like(known)
-            trust[:2, 0] = 1.0 / np.maximum(np.abs(at_rest), floor[:2, 0])
-            self.x, self.omega = (np.append(0.0, a) for a in (self.x, self.omega))
-            self.values = np.hstack([known, self.values])
-            self.weight = np.hstack([trust, self.weight])
-            self.settled = np.hstack([TRUST * trust, self.weight[:, 1:]])
-
-    # --- the model -----------------------------------------------------------------------------
-
-    def shapes(self, modes: Array) -> Array | ComplexArray:
-        """Contribution of each mode for R = 1 in the module's notes, (entries, n, modes)."""
-        return self._shapes(modes)[0][: len(self.values)]
-
-    def _shapes(
-        self, modes: Array
-    ) -> tuple[Array | ComplexArray, Array | ComplexArray, Array | ComplexArray]:
-        """Shapes of all three entries, x/D, and 1/D; they are real if the data have no loss."""
-        omega, _, lever, loss = modes.T
-        pole, tilt = omega**2, self.family.sign * GRAVITY
-        infinite = np.isinf(self.x)[:, np.newaxis]
-        x = np.where(infinite, 0.0, self.x[:, np.newaxis])
-        lossy = 1.0 + 1j * loss if self.lossy else 1.0
-        if self.lossy:
-            over = 1.0 / (pole - x * lossy)
-        else:  # finite at the pole itself
-            over = (pole - x) / ((pole - x) ** 2 + (SMALLEST_LOSS * x) ** 2)
-        over = np.where(infinite, 0.0, over)
-        response = np.where(infinite, -1.0, x * over)
-        cross = lever * response + tilt * over
-        turn = lever * (cross + tilt * over) + GRAVITY**2 / pole * lossy * over
-        return np.stack([response, cross, turn]), response, over
-
-    def slopes(self, modes: Array) -> tuple[Array, Array]:
-        """
-        Real parts of shapes and of their derivatives.
-
-        Returns
-        -------
-        shapes : array, shape (entries, n, modes)
-            Of each mode for R = 1.
-        slopes : array, shape (3, entries, n, modes)
-            By natural frequency, lever and loss factor.
-        """
-        omega, _, _, loss = modes.T
-        pole = omega**2
-        shapes, response, over = self._shapes(modes)
-        by_pole = -shapes * over
-        by_pole[2] -= (GRAVITY / pole) ** 2 * (1.0 + 1j * loss if self.lossy else 1.0) * over
-        slopes = np.zeros((3, *shapes.shape))
-        slopes[0] = np.real(2.0 * omega * by_pole)
-        slopes[1, 1:] = np.real([response, 2.0 * shapes[1]])
-        if self.lossy:
-            slopes[2] = -np.imag(shapes * (response * np.isfinite(self.x)[:, np.newaxis]))
-            slopes[2, 2] -= np.imag(GRAVITY**2 / pole * over)
-        return np.real(shapes[: len(self.values)]), slopes[:, : len(self.values)]
-
-    def deviations(self, modes: Array, constants: Array, weight: Array) -> Array:
-        """Relative deviations of the real parts, shape (entries, n)."""
-        model = np.real(self.shapes(modes) @ modes[:, 1]) + constants[:, np.newaxis]
-        deviation: Array = (model - self.values.real) * weight
-        return deviation
-
-    # --- start ---------------------------------------------------------------------------------
-
-    def falls(self) -> list[float]:
-        """Frequencies between grid points where A_push falls: poles, by Foster's theorem."""
-        push = self.values[0].real
-        inside = np.flatnonzero(self.omega <= self.band_end)
-        found: list[float] = []
-        i = 0
-        while i < len(inside) - 1:
-            start = i
-            while i < len(inside) - 1 and push[i + 1] < push[i]:
-                i += 1
-            high, low = push[start], push[i]
-            # 1 % of noise alone makes it fall by a few percent
-            if i > start and high - low > 0.1 * (abs(high) + abs(low)):
-                steepest = start + int(np.argmin(np.diff(push[start : i + 1])))
-                found.append(float(np.mean(self.omega[steepest : steepest + 2])))
-            i = max(i, start + 1)
-        return found
-
-    def linear(self, modes: Array, weight: Array) -> tuple[Array, Array]:
-        """Best modal masses >= 0 and constants for given poles, levers and losses."""
-        entries, n = self.values.shape
-        shapes = np.real(self.shapes(modes))
-        constant = np.broadcast_to(np.eye(entries)[:, np.newaxis], (entries, n, entries))
-        columns = np.concatenate([shapes, constant], axis=2) * weight[:, :, np.newaxis]
-        scale = np.linalg.norm(columns, axis=(0, 1)) + np.finfo(float).tiny
-        lower = np.repeat([0.0, -np.inf], [len(modes), entries])
-        solution = scipy.optimize.lsq_linear(
-            (columns / scale).reshape(entries * n, -1),
-            (self.values.real * weight).ravel(),
-            (lower, np.inf),
-        ).x
-        solution /= scale
-        return solution[: len(modes)], solution[len(modes) :]
-
-    # --- least squares -------------------------------------------------------------------------
-
-    def optimised(
-        self, start: Array, spread: float, weight: Array, steps: int = MANY_STEPS
-    ) -> _Solved:
-        """Move all parameters from the given modes; `spread`: deviations beyond count less."""
-        count, entries = len(start), len(self.values)
-        mass, constants = self.linear(start, weight)
-        units = np.concatenate(
-            [
-                np.full(count, self.band_end),
-                np.full(count, max(float(mass.max()), 1e-6 * float(np.abs(self.values[0]).max()))),
-                np.full(count, GRAVITY / self.band_end**2),
-                np.ones(count),
-                np.median(np.abs(self.values), axis=1) + np.finfo(float).tiny,
-            ]
+def pole_problem(data: AddedMass, family: Family) -> PoleFit:
+    """Real parts of the entries that a family has, and what they count against."""
+    push, turn = family.push, family.turn
+    finite = data.omega[np.isfinite(data.omega)]
+    if len(finite) < FEWEST:
+        raise InputError(
+            f'{data.source}: {len(finite)} frequencies are too few for a fit; give '
+            f'{FEWEST} or more'
         )
-        each = [count] * 4 + [entries]
-        free = np.repeat([True, True, self.family is not YAW, self.lossy, True], each)
-        lower = np.repeat([1e-3, 0.0, -np.inf, 0.0, -np.inf], each)
-        upper = np.repeat([50.0, np.inf, np.inf, 1.0, np.inf], each)
-        first = np.concatenate([start[:, 0], mass, start[:, 2], start[:, 3], constants]) / units
-
-        constant = np.broadcast_to(np.eye(entries)[:, np.newaxis], (*self.values.shape, entries))
-
-        def unpacked(p: Array) -> tuple[Array, Array]:
-            full = first.copy()
-            full[free] = p
-            full *= units
-            return full[: 4 * count].reshape(4, count).T, full[4 * count :]
-
-        def residual(p: Array) -> Array:
-            return self.deviations(*unpacked(p), weight).ravel()
-
-        def jacobian(p: Array) -> Array:
-            modes, _ = unpacked(p)
-            shapes, slopes = self.slopes(modes)
-            by_omega, by_lever, by_loss = slopes * modes[:, 1]
-            columns = np.concatenate([by_omega, shapes, by_lever, by_loss, constant], axis=2)
-            weighted = columns * weight[:, :, np.newaxis] * units
-            flat: Array = weighted.reshape(self.values.size, -1)[:, free]
-            return flat
-
-        found = scipy.optimize.least_squares(
-            residual,
-            np.clip(first[free], lower[free] + 1e-12, upper[free] - 1e-12),
-            jacobian,
-            bounds=(lower[free], upper[free]),
-            loss='soft_l1',
-            f_scale=spread,
-            x_scale='jac',
-            max_nfev=steps,
+    band_end = _band_end(finite)
+    entries = [(push, push)]
+    if family is not YAW and not np.all(np.isnan(data.matrix[:, push, turn])):
+        entries.append((push, turn))
+        if data.has((turn, turn)):
+            entries.append((turn, turn))
+    if not data.has(*entries[:2]):
+        raise InputError(
+            f'{data.source}: a fit of {family.name} needs the entry {push + 1}{push + 1} at every '
+            f'frequency, and {push + 1}{turn + 1} at every one or at none'
         )
-        modes, constants = unpacked(found.x)
-        deviation = self.deviations(modes, constants, weight)
-        noise = max(float(np.median(np.abs(deviation))) / 0.6745, BEST_NOISE)
-        # what single points (spikes) contribute is limited, as in the loss
-        capped = np.minimum(np.abs(deviation), SPIKE * noise)
-        variance = float(np.mean(capped**2)) + BEST_NOISE**2
-        error = np.zeros_like(first)
-        # the pseudo-inverse leaves out what the data do not tell
-        covariance = np.linalg.pinv(found.jac.T @ found.jac)
-        freedom = max(deviation.size - int(free.sum()), 1) / deviation.size
-        error[free] = np.sqrt(variance / freedom * np.maximum(np.diag(covariance), 0.0))
-        at_rest = np.zeros((2, len(first)))  # by all parameters: k_0, k_1 + s sum g R/omega^2
-        at_rest[0, 4 * count] = 1.0
-        if entries > 1:
-            hanging = self.family.sign * GRAVITY / modes[:, 0] ** 2
-            at_rest[1, :count] = -2.0 * hanging * modes[:, 1] / modes[:, 0]
-            at_rest[1, count : 2 * count] = hanging
-            at_rest[1, 4 * count + 1] = 1.0
-        slope = (at_rest * units)[:, free]
-        rest_variance = variance / freedom * np.einsum('ij,jk,ik->i', slope, covariance, slope)
-        return _Solved(
-            modes=modes,
-            errors=(error * units)[: 4 * count].reshape(4, count).T,
-            constants=constants,
-            noise=noise,
-            variance=variance,
-            criterion=deviation.size * np.log(variance) + free.sum() * np.log(deviation.size),
-            deviation=deviation,
-            rest_error=np.sqrt(np.maximum(rest_variance, 0.0)),
-        )
-
-    def solve(self, max_modes: int) -> _Solved:
-        """Let modes in and out while the criterion tells to."""
-        start = self._rows([*self.falls()[: max_modes - 1], 1.4 * self.band_end])
-        best = self._home(self._near(start))
-        while better := self._step(best, max_modes) or self._jump(best) or self._merge(best):
-            best = better
-        return best
-
-    def _exact(self, solved: _Solved) -> bool:
-        """Tell that it is as good as data are: one more mode has nothing left to explain."""
-        return solved.deviation.size * math.log(solved.variance / BEST_NOISE**2) < EVIDENCE
-
-    def _jump(self, best: _Solved) -> _Solved | None:
-        """Put single poles across the next grid point, which least squares do not pass."""
-        trials: list[Array] = []
-        for j in [] if self._exact(best) else np.flatnonzero(self._inside(best)):
-            after = int(np.searchsorted(self.omega, best.modes[j, 0]))
-            for low, high in ((after - 2, after - 1), (after, after + 1)):
-                if low < 0 or high >= len(self.omega) or self.omega[high] > self.band_end:
-                    continue
-                trial = best.modes.copy()
-                trial[j, 0] = 0.5 * (self.omega[low] + self.omega[high])
-                trials.append(trial)
-        better = (self._better([trial], best, 1.0) for trial in trials)
-        return next((found for found in better if found is not None), None)
-
-    def _merge(self, best: _Solved) -> _Solved | None:
-        """Make one of two neighbouring poles, of which a sharp peak may be made up."""
-        order = np.argsort(best.modes[:, 0])
-        order = order[self._inside(best)[order]]
-        step = np.searchsorted(self.omega, best.modes[:, 0])
-        trials: list[Array] = []
-        for left, right in pairwise(order):
-            if step[right] - step[left] > CLOSE:
-                continue
-            both = best.modes[[left, right]]
-            one = np.average(both, axis=0, weights=both[:, 1] + np.finfo(float).tiny)
-            one[1] = both[:, 1].sum()
-            trials.append(np.vstack([np.delete(best.modes, [left, right], axis=0), one]))
-        return self._better(trials, best, 0.0)
-
-    def at_rest(self, solved: _Solved) -> tuple[float, float]:
-        """A_push and A_cross of a fit at frequency 0; of yaw only the first."""
-        constants, hanging = (
-            solved.constants,
-            GRAVITY * solved.modes[:, 1] / solved.modes[:, 0] ** 2,
-        )
-        cross = constants[1] + self.family.sign * hanging.sum() if len(constants) > 1 else 0.0
-        return float(constants[0]), float(cross)
-
-    def _step(self, best: _Solved, max_modes: int) -> _Solved | None:
-        trials: list[Array] = []
-        if len(best.modes) < max_modes and not self._exact(best):
-            worst = np.abs(best.deviation).max(axis=0)
-            inside = np.flatnonzero((self.omega <= self.band_end) & (self.omega > 0.0))
-            for i in inside[np.argsort(worst[inside])[::-1][:1]]:
-                for j in (i - 1, i + 1):
-                    if 0 <= j < len(self.omega) and 0.0 < self.omega[j] <= self.band_end:
-                        between = 0.5 * (self.omega[i] + self.omega[j])
-                        trials.append(np.vstack([best.modes, self._rows([between])]))
-            above = best.modes[best.modes[:, 0] > self.band_end, 0]
-            lowest, highest = (min(above), max(above)) if len(above) else [self.band_end] * 2
-            trials += [
-                np.vstack([best.modes, self._rows([place])])
-                for place in (1.5 * highest, math.sqrt(self.band_end * lowest))
-            ]
-        if len(best.modes) > 1:
-            weakest = np.argsort(best.modes[:, 1] / np.maximum(best.errors[:, 1], 1e-300))[:1]
-            trials += [np.delete(best.modes, j, axis=0) for j in weakest]
-        return self._better(trials, best, EVIDENCE)
-
-    def _better(self, trials: list[Array], best: _Solved, by: float) -> _Solved | None:
-        """Optimise trials to the end; return the best if it beats `best` by so much."""
-        solved = [self._home(self._near(trial)) for trial in trials]
-        solved = [s for s in solved if self._sound(s)]
-        top = min(solved, key=lambda s: s.criterion, default=best)
-        return top if top.criterion < best.criterion - by else None
-
-    def _inside(self, solved: _Solved) -> NDArray[np.bool_]:
-        return np.asarray(solved.modes[:, 0] <= self.band_end)
-
-    def _sound(self, solved: _Solved) -> bool:
-        """Tell that the grid tells modes apart, and that none is there for a single point."""
-        inside = self._inside(solved)
-        modes = solved.modes[inside]
-        step = np.searchsorted(self.omega, modes[:, 0])
-        if len(set(step)) < len(step):
-            return False
-        mass = modes[:, 1]
-        felt = np.abs(self.shapes(modes)) * mass * self.weight[:, :, np.newaxis]
-        strongest = np.sort(felt.max(axis=0), axis=0)[-2:]
-        alone = strongest[0] < LONELY * strongest[1]
-        share = mass / max(float(np.sum(mass)), np.finfo(float).tiny)
-        return not np.any((share < SMALLEST_SHARE) | (alone & (share < SMALL_SHARE)))
-
-    def _near(self, modes: Array) -> list[_Solved]:
-        """Optimise a little from near and far; one or two ways that differ, the better first."""
-        # all deviations in earnest first, or outliers let go from the start
-        far = self.optimised(modes, 1.0, self.weight, FEW_STEPS).modes
-        ways = [self.optimised(start, 0.05, self.weight, FEW_STEPS) for start in (modes, far)]
-        ways.sort(key=lambda s: s.criterion)
-        return ways[:1] if np.allclose(ways[0].modes, ways[1].modes, rtol=SAME_WAY) else ways
-
-    def _home(self, ways: list[_Solved]) -> _Solved:
-        """Optimise to the end with the spread of deviations so found."""
-        solved = [
-            self.optimised(near.modes, max(2.0 * near.noise, 10.0 * BEST_NOISE), self.settled)
-            for near in ways
-        ]
-        return min(solved, key=lambda s: s.criterion)
-
-    def _rows(self, omega: list[float]) -> Array:
-        rows = np.zeros((len(omega), 4))
-        rows[:, 0], rows[:, 3] = omega, 0.02 if self.lossy else SMALLEST_LOSS
-        # the slosh mass hangs between 0 (shallow) and 2 g/omega^2 (deep) below the surface
-        rows[:, 2] = -self.family.sign * GRAVITY / np.array(omega) ** 2
-        return rows
-
-    def result(self, solved: _Solved, at_rest: tuple[float, float]) -> FittedFamily:
-        """Keep what lies within the band and is sure."""
-        order = np.argsort(solved.modes[:, 0])
-        modes, errors = solved.modes[order], solved.errors[order]
-        kept = (modes[:, 0] <= self.band_end) & (modes[:, 1] > SURE * errors[:, 1])
-        omega, mass, lever, loss = modes[kept].T
-        rest = modes[~kept]
-        hanging = GRAVITY * rest[:, 1] / rest[:, 0] ** 2
-        constants = np.zeros(3)
-        constants[: len(solved.constants)] = solved.constants
-        if self.family is not YAW:
-            constants[1] += self.family.sign * hanging.sum()
-            constants[2] += np.sum(
-                hanging * (2.0 * self.family.sign * rest[:, 2] + GRAVITY / rest[:, 0] ** 2)
-            )
-        return FittedFamily(
-            family=self.family,
-            omega=omega,
-            modal_mass=mass,
-            lever=lever if self.family is not YAW else np.zeros_like(omega),
-            loss=loss if self.lossy else np.zeros_like(omega),
-            omega_error=errors[kept, 0],
-            modal_mass_error=errors[kept, 1],
-            lever_error=errors[kept, 2],
-            constants=constants,
-            above_band=float(hanging.sum()),
-            at_rest=at_rest,
-            noise=solved.noise,
-        )
+    check_reciprocity(data, push, turn)
+    # both triangles tell the same
+    other = data.matrix.transpose(0, 2, 1)
+    both = 0.5 * (data.matrix + np.where(np.isnan(other), data.matrix, other))
+    values = np.stack([both[:, i, j] for i, j in entries])
+    modulus = np.abs(values)
+    order = np.arange(len(entries))[:, np.newaxis]
+    # an entry may vanish, as that of roll about the axis of a cylinder: then it counts against
+    # what a lever of the size of g/omega^2 would make of it
+    median = np.median(modulus, axis=1, keepdims=True)
+    level = np.maximum(median, median[0] * (GRAVITY / band_end**2) ** order)
+    lossy = bool(np.any(np.abs(values.imag) > 1e-9 * modulus))
+    if lossy:
+        # losses change the shape of a mode, too: felt where lever and g/x nearly cancel
+        with np.errstate(divide='ignore'):
+            arm = np.where(data.omega > 0.0, GRAVITY / data.omega**2, 0.0)
+        blur = np.abs(values[0].imag) * arm**order
+        modulus = np.hypot(modulus, np.where(order > 0, blur, 0.0))
+    return PoleFit(
+        model=PoleModel(data.omega**2, len(entries), family.sign, lossy),
+        values=values.real,
+        modulus=modulus,
+        level=np.maximum(level, np.finfo(float).tiny),
+        band_end=band_end,
+    )
 
 
-class _Solved(NamedTuple):
-    modes: Array
-    errors: Array
-    constants: Array
-    noise: float
-    variance: float
-    criterion: float
-    deviation: Array
-    rest_error: Array
+def _result(problem: PoleFit, family: Family, solved: Solved, at_rest: Array) -> FittedFamily:
+    """Keep what lies within the band and is sure."""
+    count = len(solved.modes.omega)
+    spread = np.sqrt(np.diag(problem.covariance(solved)))[: 4 * count].reshape(4, count)
+    order = np.argsort(solved.modes.omega)
+    sure = (solved.modes.omega <= problem.band_end) & (SURE * spread[1] < 1.0)
+    kept, rest = order[sure[order]], solved.modes.take(~sure)
+    modes, errors = solved.modes.take(kept), spread[:, kept]
+    constants = np.zeros(3)
+    constants[: len(solved.constants)] = solved.constants
+    if family is not YAW:
+        arm = GRAVITY / rest.omega**2
+        constants[1] += family.sign * rest.hanging.sum()
+        constants[2] += np.sum(rest.hanging * (2.0 * family.sign * rest.lever + arm))
+    lever, unknown = modes.lever, 0.0 if family is YAW else np.nan
+    if problem.model.entries == 1:
+        lever = np.full_like(modes.omega, unknown)
+    deviation = np.abs(solved.deviation * solved.spread)
+    return FittedFamily(
+        family=family,
+        omega=modes.omega,
+        modal_mass=modes.mass,
+        lever=lever,
+        loss=modes.loss if problem.model.lossy else np.zeros_like(modes.omega),
+        omega_error=modes.omega * errors[0],
+        modal_mass_error=modes.mass * errors[1],
+        lever_error=errors[2],
+        constants=constants,
+        above_band=float(rest.hanging.sum()),
+        at_rest=(float(at_rest[0]), float(at_rest[1]) if len(at_rest) > 1 else unknown),
+        noise=float(np.median(deviation / np.hypot(FLOOR * problem.level, problem.modulus)))
+        / NORMAL,
+    )
+
+
+def _band_end(omega: Array) -> float:
+    """Last frequency before the grid breaks off; a row far above stands for infinity."""
+    steps = np.diff(omega)
+    breaks = np.flatnonzero(steps > 5.0 * np.median(steps))
+    late = breaks[breaks >= len(omega) // 2]
+    return float(omega[late[0]] if len(late) else omega[-1])
 
 
 def added_mass_coefficients(
@@ -612,10 +279,10 @@ def fit_liquid(data: AddedMass, liquid: LiquidAtRest) -> tuple[FittedFamily, ...
         and to both sides about O, radiation makes energy, or mass or moments at rest are not those
         of the liquid.
     """
-    _check_entries(data)
+    check_entries(data)
     about_o = data.about_surface_centre(liquid.surface_inertia)
-    _check_symmetry(about_o)
-    _check_damping(about_o)
+    check_symmetry(about_o)
+    check_damping(about_o)
     mass = data.density * liquid.volume
     lever = mass * float(liquid.centroid[2])
     i_xx, i_yy = data.density * np.diag(liquid.surface_inertia)
@@ -745,58 +412,3 @@ def _checked(
             'and the surface'
         )
     return fitted
-
-
-def _check_entries(data: AddedMass) -> None:
-    for i, j in ((0, 0), (1, 1), (3, 3), (4, 4), (5, 5), (0, 4), (1, 3)):
-        known = np.isfinite(data.matrix[:, [i, j], [j, i]])
-        absent: NDArray[np.bool_] = np.asarray(~known.all(axis=1))
-        if absent.any():
-            raise InputError(
-                f'{data.source}: the entry {i + 1}{j + 1} is missing at {int(absent.sum())} of '
-                f'{len(absent)} frequencies, first at {data.omega[np.argmax(absent)]:.4g} rad/s; '
-                'surge needs 11, 15, 55, sway 22, 24, 44, yaw 66'
-            )
-
-
-def _check_symmetry(data: AddedMass) -> None:
-    """Raise unless the matrix is symmetric, and the tank about the planes x = 0 and y = 0."""
-    size = np.sqrt(np.median(np.abs(np.einsum('nii->ni', data.matrix)), axis=0))
-    for i, j in ((0, 4), (1, 3)):
-        above, below = data.matrix[:, i, j], data.matrix[:, j, i]
-        if np.median(np.abs(above - below)) > RECIPROCITY * size[i] * size[j]:
-            n = int(np.argmax(np.abs(above - below)))
-            raise InputError(
-                f'{data.source}: at {data.omega[n]:.4g} rad/s the entry {i + 1}{j + 1} is '
-                f'{above[n].real:.4g} kg m and {j + 1}{i + 1} is {below[n].real:.4g} kg m; they '
-                'must be the same: write both triangles'
-            )
-    for i, j in ((0, 1), (0, 3), (0, 5), (1, 4), (1, 5), (3, 4), (3, 5), (4, 5)):
-        coupling = np.nan_to_num(np.abs(data.matrix[:, [i, j], [j, i]])).max(axis=1)
-        if np.median(coupling) > ASYMMETRY * size[i] * size[j]:
-            raise InputError(
-                f'{data.source}: the entry {i + 1}{j + 1} is not zero, as it is in a tank '
-                'symmetric about the planes x = 0 and y = 0 through O; check the reference point'
-            )
-
-
-def _check_damping(data: AddedMass) -> None:
-    """Raise if motion gains energy by radiation; single points may, as spikes do."""
-    for i in (0, 1, 3, 4, 5):
-        entry = data.matrix[:, i, i]
-        gains: NDArray[np.bool_] = np.asarray(entry.imag < -GAIN * np.abs(entry))
-        if float(np.mean(gains)) > GAINING:
-            n = int(np.argmax(gains))
-            raise InputError(
-                f'{data.source}: the radiation damping {i + 1}{i + 1} is negative at '
-                f'{int(gains.sum())} of {len(gains)} frequencies, first at {data.omega[n]:.4g} '
-                'rad/s: the liquid would make energy; check its sign'
-            )
-
-
-def _band_end(omega: Array) -> float:
-    """Last frequency before the grid breaks off; a row far above stands for infinity."""
-    steps = np.diff(omega)
-    breaks = np.flatnonzero(steps > 5.0 * np.median(steps))
-    late = breaks[breaks >= len(omega) // 2]
-    return float(omega[late[0]] if len(late) else omega[-1])

@@ -28,7 +28,7 @@ import numpy as np
 from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.added_mass import AddedMass
-from slosh_ros.hydro.fit import SURGE, SWAY, Family
+from slosh_ros.hydro.poles import SURGE, SWAY, Family
 from slosh_ros.tank import LiquidAtRest
 
 Shape = Literal['cosine', 'linear']
