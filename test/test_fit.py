@@ -12,6 +12,7 @@ from slosh_ros.constants import GRAVITY
 from slosh_ros.errors import InputError
 from slosh_ros.hydro import ModalCoefficients, coefficients_of
 from slosh_ros.hydro.added_mass import AddedMass
+from slosh_ros.hydro.added_mass_checks import check_damping
 from slosh_ros.hydro.fit import (
     COVERAGE,
     SURGE,
@@ -96,6 +97,104 @@ def test_residues_without_knowledge_of_the_liquid(family: Family) -> None:
     # the first two of sway nearly cancel: theirs in terms of what cancels
     cancels = np.max(np.abs(mass * lever))
     assert np.all(np.abs(residue - exact) < 0.02 * np.maximum(np.abs(exact), cancels))
+
+
+def made_up(
+    omega: Array, poles: Array, loss: float, noise: str, rows: tuple[int, ...] = (0, 4)
+) -> AddedMass:
+    """Eqs (32) and (34) and the entry 55 of modes (omega, R, l), with 1 % of noise."""
+    x, (own, mass, lever) = omega[:, np.newaxis] ** 2, poles.T
+    gain = x / (own**2 - x * (1.0 + 1j * loss))
+    arm = GRAVITY / x + lever
+    turn = arm**2 * gain - GRAVITY**2 / (own**2 * x)
+    push, cross, turn = (
+        k + (mass * of).sum(axis=1) for k, of in ((9.0, gain), (-3.0, arm * gain), (5.0, turn))
+    )
+    matrix = np.full((len(omega), 6, 6), np.nan, dtype=complex)
+    matrix[:, 0, 0] = push
+    if 4 in rows:
+        matrix[:, 0, 4] = matrix[:, 4, 0] = cross
+        matrix[:, 4, 4] = turn
+    scatter = np.random.default_rng(31).standard_normal((2, *matrix.shape))
+    size = np.abs(matrix)
+    if noise == 'same everywhere':
+        size = np.broadcast_to(np.median(size, axis=0), matrix.shape)
+    scatter[1] *= noise == 'complex'
+    return AddedMass(
+        omega, matrix + 0.01 * size * (scatter[0] + 1j * scatter[1]), 1.0, np.zeros(3)
+    )
+
+
+FOUR = np.array([[0.87, 2.0, -9.0], [1.21, 3.0, 0.4], [2.96, 0.25, -0.9], [4.44, 0.9, 0.2]])
+FEW = np.array([[1.63, 0.4, 0.8], [3.38, 2.5, -1.1]])
+
+
+@pytest.mark.parametrize(
+    ('poles', 'loss', 'noise'),
+    [
+        (FOUR, 0.0, 'in proportion'),
+        (FOUR, 0.0, 'same everywhere'),
+        (FEW, 0.0, 'complex'),
+        (FEW, 0.05, 'complex'),
+        (FEW, 0.1, 'same everywhere'),
+    ],
+)  # fmt: skip
+def test_made_up_poles_are_found_whatever_the_noise(poles: Array, loss: float, noise: str) -> None:
+    """Strong and weak modes, levers of both signs, and no mode but those."""
+    fitted = fit_family(made_up(np.arange(0.1, 6.01, 0.1), poles, loss, noise), SURGE)
+    assert fitted.omega == pytest.approx(poles[:, 0], rel=5e-3)
+    assert fitted.modal_mass == pytest.approx(poles[:, 1], rel=0.02)
+    own, mass, lever = poles.T
+    residue = fitted.modal_mass * (GRAVITY / fitted.omega**2 + fitted.lever)
+    off = np.abs(residue - mass * (GRAVITY / own**2 + lever))
+    assert np.all(off < 0.02 * mass * (GRAVITY / own**2 + np.abs(lever)))  # the two may cancel
+    if loss:
+        assert fitted.loss == pytest.approx(loss, rel=0.1)
+    off = np.abs(fitted.modal_mass - poles[:, 1]) / fitted.modal_mass_error
+    assert np.all(off < 4.0)
+    assert np.all(fitted.modal_mass_error < 0.01 * fitted.modal_mass)
+
+
+def test_a_strong_spike_everywhere_a_mode_is_not() -> None:
+    """One point off by its own size is no mode, and hides none."""
+    found = made_up(np.arange(0.1, 6.01, 0.1), FEW, 0.0, 'in proportion')
+    matrix = found.matrix.copy()
+    matrix[[8, 24, 50]] *= np.array([2.0, -1.0, 3.0])[:, np.newaxis, np.newaxis]
+    fitted = fit_family(replace(found, matrix=matrix), SURGE)
+    assert fitted.omega == pytest.approx(FEW[:, 0], rel=5e-3)
+    assert fitted.modal_mass == pytest.approx(FEW[:, 1], rel=0.02)
+
+
+def test_push_alone_gives_poles_and_masses_but_no_lever() -> None:
+    """A_11 alone, with the rows of frequency 0 and infinity that WAMIT has."""
+    omega = np.concatenate([[1e-3], np.arange(0.3, 6.01, 0.1), [1e3]])
+    found = made_up(omega, FOUR, 0.0, 'in proportion', rows=(0,))
+    found = replace(found, omega=np.concatenate([[0.0], omega[1:-1], [np.inf]]))
+    fitted = fit_family(found, SURGE)
+    assert fitted.omega == pytest.approx(FOUR[:, 0], rel=5e-3)
+    assert fitted.modal_mass == pytest.approx(FOUR[:, 1], rel=0.02)
+    assert np.all(np.isnan(fitted.lever))
+
+
+def test_one_triangle_is_enough_but_two_must_agree() -> None:
+    found = made_up(np.arange(0.1, 6.01, 0.1), FEW, 0.0, 'in proportion')
+    below = found.matrix.copy()
+    below[:, 4, 0] = np.nan
+    fitted = fit_family(replace(found, matrix=below), SURGE, max_modes=4)
+    assert fitted.modal_mass * fitted.lever == pytest.approx(FEW[:, 1] * FEW[:, 2], abs=0.15)
+    below[:, 4, 0] = 0.0
+    with pytest.raises(InputError, match='write both triangles'):
+        fit_family(replace(found, matrix=below), SURGE)
+
+
+def test_noise_is_not_taken_for_a_liquid_that_makes_energy() -> None:
+    """Complex noise gives undamped data as much damping of the one sign as of the other."""
+    exact = data(GRID[:30])
+    random = np.random.default_rng(5)
+    noise = 0.01 * np.abs(exact.matrix) * random.standard_normal(exact.matrix.shape)
+    check_damping(replace(exact, matrix=exact.matrix + 1j * noise))
+    with pytest.raises(InputError, match='would make energy'):
+        check_damping(replace(exact, matrix=exact.matrix - 1j * np.abs(noise)))
 
 
 @pytest.fixture(scope='module')

@@ -44,7 +44,7 @@ __all__ = [
 ]
 
 FEWEST = 8  # frequencies: two for each of the four numbers that make a mode
-TRUST = 30.0  # weight of what is known of the liquid at rest, in data of the same value
+TRUST = 10.0  # weight of what is known of the liquid at rest: as a sweep of a hundred frequencies
 DOUBT = 10.0  # standard errors of the data's own value at rest beyond which it is not used
 SAME = 1e-6  # relative difference of entries of surge and sway that are the same
 MASS_TOLERANCE = 0.05  # of A_11(0) against the liquid's mass

@@ -107,14 +107,14 @@ class PoleFit:
             if np.allclose(spreads, before, rtol=SPREAD_FOUND):
                 break
         z = self._deviations(modes, constants, spreads)
-        size = self.values.size
+        z = z[: self.values.size].reshape(self.values.shape)
         free = self.per_mode * len(modes.omega) + self.model.entries
         return Solved(
             modes,
             constants,
             spreads,
-            z[:size].reshape(self.values.shape),
-            float(np.sum(surprise(z**2)) + 2.0 * np.sum(np.log(spreads)) + free * np.log(size)),
+            z,
+            float(np.sum(surprise(z**2)) + 2.0 * np.sum(np.log(spreads)) + free * np.log(z.size)),
         )
 
     def covariance(self, solved: Solved) -> Array:
@@ -131,7 +131,7 @@ class PoleFit:
         array, shape (4 modes + entries, 4 modes + entries)
             Of log omega, log R, lever and log delta of each mode, and of the constants.
         """
-        square = self._deviations(solved.modes, solved.constants, solved.spread) ** 2
+        square = solved.deviation**2
         free = self.free(len(solved.modes.omega))
         slopes = self.slopes(solved.modes, solved.spread)[:, free]
         scale: Array = np.linalg.norm(slopes, axis=0) + 1e-100
@@ -142,7 +142,7 @@ class PoleFit:
         )
         size = float(np.mean(weight(square) ** 2 * square))
         size /= max(0.1, float(np.mean(steepness(square)))) ** 2
-        size *= len(square) / max(len(square) - int(np.count_nonzero(free)), 1)
+        size *= square.size / max(square.size - int(np.count_nonzero(free)), 1)
         full = np.zeros((len(free), len(free)))
         full[np.ix_(free, free)] = size * inverse
         return full
@@ -168,7 +168,8 @@ class PoleFit:
         return np.repeat([True, True, self.model.entries > 1, self.model.lossy, True], each)
 
     def _spread(self, modes: Modes, constants: Array) -> Array:
-        same, along = np.broadcast_to(self.level**2, self.values.shape), self.modulus**2
+        same = np.broadcast_to(self.level**2, self.values.shape)
+        along = self.modulus**2 + BEST_NOISE**2 * same  # an entry may be exactly zero
         parts = (same, along) if self.settled else (FLOOR**2 * same + along,)
         deviation = self.model.values(modes, constants) - self.values
         return spread(deviation, parts, BEST_NOISE**2 * (same + along), self.settled)
@@ -229,12 +230,13 @@ class PoleFit:
 
         def residual(p: Array) -> Array:
             z = self._deviations(*unpacked(p), spreads)
-            return z * np.sqrt(_flattening(z**2))
+            return z * np.sqrt(self._flattening(z**2))
 
         def jacobian(p: Array) -> Array:
             modes, constants = unpacked(p)
             square = self._deviations(modes, constants, spreads) ** 2
-            steep = weight(square) / np.sqrt(_flattening(square))
+            steep = weight(square) / np.sqrt(self._flattening(square))
+            steep[self.values.size :] = 1.0
             slopes: Array = self.slopes(modes, spreads)[:, free] * steep[:, np.newaxis]
             return slopes
 
@@ -251,10 +253,10 @@ class PoleFit:
         )
         return unpacked(found.x)
 
-
-def _flattening(square: Array) -> Array:
-    """Surprise over the square of a deviation."""
-    tiny = 1e-12
-    return np.where(
-        square > tiny, surprise(square) / np.maximum(square, tiny), (FREEDOM + 1.0) / FREEDOM
-    )
+    def _flattening(self, square: Array) -> Array:
+        """Surprise over the square of a deviation; one for what is known, which is not let go."""
+        tiny = 1e-12
+        limit = (FREEDOM + 1.0) / FREEDOM
+        ratio = np.where(square > tiny, surprise(square) / np.maximum(square, tiny), limit)
+        ratio[self.values.size :] = 1.0
+        return ratio
