@@ -14,8 +14,8 @@ that would do better elsewhere goes there.
 
 How many. A mode comes in if that lowers Bayes's information criterion by more than `EVIDENCE`, and
 would still without the frequency that speaks for it most: one point is a spike, not a mode. It
-goes if that does not hold any more.
-Poles above the band of the data stand for all that lies there.
+goes if that does not hold any more. Poles above the band of the data stand for all that lies
+there.
 
 What it cannot tell apart. Two poles of a family between the same two frequencies of the data come
 out as one, with about the sum of their modal masses: give frequencies closer than the modes are.
@@ -43,6 +43,7 @@ WITHIN = (0.03, 0.2, 0.5, 0.8, 0.97)  # of a step of the frequencies: where a po
 ABOVE = (1.1, 1.4, 2.0, 3.0)  # of the band's end: the same
 LOSSES = (0.01, 0.05, 0.2)  # with which it is tried
 TRIED = 2  # places that promise most, and modes that tell least, which are tried
+MOST_STEPS = 40  # for a dozen modes in, elsewhere and out again
 SMALLEST_SHARE = 1e-4  # of all modal masses of a family; a mode below it is not worth its state
 
 
@@ -136,11 +137,17 @@ class PoleSearch:
         size = np.linalg.norm(columns, axis=0)
         masses = scipy.optimize.nnls(columns / size, push * trust)[0] / size
         modes = modes._replace(mass=masses[:-2]).take(masses[:-2] > 0.0)
-        return problem.refined(modes, masses[-2:-1] - masses[-1:])
+        best = problem.refined(modes, masses[-2:-1] - masses[-1:])
+        while fewer := self._drop(best):  # much noise falls, too
+            best = fewer
+        return best
 
     def improved(self, best: Solved) -> Solved:
         """Let modes in, elsewhere and out while the criterion tells to."""
-        while better := self._add(best) or self._move(best) or self._drop(best):
+        for _ in range(MOST_STEPS):
+            better = self._add(best) or self._move(best) or self._drop(best)
+            if better is None:
+                break
             best = better
         return best
 
