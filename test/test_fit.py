@@ -24,8 +24,10 @@ from slosh_ros.hydro.fit import (
     fit_family,
     fit_liquid,
     fitted_coefficients,
+    pole_problem,
 )
 from slosh_ros.hydro.frequency import rectangular_wall_ratio, total_added_mass
+from slosh_ros.hydro.pole_search import solve
 from slosh_ros.hydro.recipe import recipe_from_added_mass, recipe_mode
 from slosh_ros.hydro.rectangular import rectangular_coefficients
 from slosh_ros.tank import cylinder_x, rectangular
@@ -155,14 +157,15 @@ def test_made_up_poles_are_found_whatever_the_noise(poles: Array, loss: float, n
     assert np.all(fitted.modal_mass_error < 0.01 * fitted.modal_mass)
 
 
-def test_a_strong_spike_everywhere_a_mode_is_not() -> None:
-    """One point off by its own size is no mode, and hides none."""
-    found = made_up(np.arange(0.1, 6.01, 0.1), FEW, 0.0, 'in proportion')
+def test_a_strong_spike_is_no_mode() -> None:
+    """Single points off by their own size bring no pole into the search, and hide none."""
+    found = made_up(np.arange(0.1, 6.01, 0.1), FEW, 0.0, 'in proportion', rows=(0,))
     matrix = found.matrix.copy()
     matrix[[8, 24, 50]] *= np.array([2.0, -1.0, 3.0])[:, np.newaxis, np.newaxis]
-    fitted = fit_family(replace(found, matrix=matrix), SURGE)
-    assert fitted.omega == pytest.approx(FEW[:, 0], rel=5e-3)
-    assert fitted.modal_mass == pytest.approx(FEW[:, 1], rel=0.02)
+    modes = solve(pole_problem(replace(found, matrix=matrix), SURGE), 12).modes
+    modes = modes.take(np.argsort(modes.omega))
+    assert modes.omega == pytest.approx(FEW[:, 0], rel=5e-3)
+    assert modes.mass == pytest.approx(FEW[:, 1], rel=0.02)
 
 
 def test_push_alone_gives_poles_and_masses_but_no_lever() -> None:
