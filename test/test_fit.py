@@ -390,7 +390,7 @@ def test_what_does_not_fit_the_liquid_is_told(spoil, message: str) -> None:
 
 
 def test_frequencies_out_of_order_are_refused() -> None:
-    with pytest.raises(InputError, match='must rise'):
+    with pytest.raises(InputError, match='out of order'):
         AddedMass(GRID[::-1], data().matrix, DENSITY, np.zeros(3))
     with pytest.raises(InputError, match='shape'):
         AddedMass(GRID[:3], data().matrix, DENSITY, np.zeros(3))
