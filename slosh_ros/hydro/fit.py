@@ -407,8 +407,8 @@ def _checked(
     if abs(moment - at_rest[1]) > MASS_TOLERANCE * (abs(at_rest[1]) + surface):
         raise InputError(
             f'{data.source}: its entry {row}{column} tends to {moment:.4g} kg m at rest, but '
-            f'centroid and free surface of the liquid give {at_rest[1]:.4g} kg m; check the '
-            'reference point of its moments, its axes (x forward, y left, z up), its angles (rad) '
-            'and the surface'
+            f'centroid and free surface of the liquid give {at_rest[1]:.4g} kg m; check '
+            'added_mass_hydrostatic, the reference point of its moments, its axes (x forward, '
+            'y left, z up), its angles (rad) and the surface'
         )
     return fitted
