@@ -157,8 +157,8 @@ def test_a_road_tanker_keeps_its_digits_on_a_finer_mesh(fill_ratio: float) -> No
 
 @pytest.mark.parametrize(
     ('points', 'fill_ratio'),
-    [(STEPPED, 0.5), (BRANCHED, 0.6), (BAFFLED, 0.45), (SLANTED, 0.99)],
-    ids=['sump', 'branched', 'baffled', 'slanted'],
+    [(STEPPED, 0.5), (BRANCHED, 0.6), (BAFFLED, 0.45), (BAFFLED, 0.362), (SLANTED, 0.99)],
+    ids=['sump', 'branched', 'baffled', '12 mm above the baffle', 'slanted'],
 )
 def test_corners_that_jut_in_cost_no_digits(points: list[float], fill_ratio: float) -> None:
     tank = section_x(points, 5.0)

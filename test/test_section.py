@@ -378,6 +378,20 @@ def test_twelve_modes_keep_five_digits_on_a_finer_mesh(fill_ratio: float) -> Non
     )
 
 
+def test_many_waves_across_have_a_mesh_as_fine_as_they_need() -> None:
+    """In so short a tank the lowest twelve modes are waves across; the default knows them."""
+    tank = cylinder_x(1.0, 0.2)
+    coarse = section_coefficients(tank, 1.0, 850.0, 12)
+    assert 'y11' in coarse.names
+    fine = section_coefficients(tank, 1.0, 850.0, 12, Resolution(36, 7, 20))
+    assert coarse.names == fine.names
+    assert coarse.omega == pytest.approx(fine.omega, rel=1e-7)
+    assert coarse.mu == pytest.approx(fine.mu, rel=5e-6)
+    assert coarse.inertia_stokes_joukowski == pytest.approx(
+        fine.inertia_stokes_joukowski, rel=1e-6
+    )
+
+
 # --- geometry ------------------------------------------------------------------------------------
 
 

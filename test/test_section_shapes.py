@@ -187,6 +187,17 @@ def test_twelve_modes_keep_five_digits_on_a_finer_mesh(
     )
 
 
+def test_a_flat_ellipse_keeps_five_digits_under_its_roof() -> None:
+    """Five times as wide as high and nearly full: surface and wall meet at 175 degrees."""
+    tank = ellipse_x(4.5, 0.9, 4.0)
+    depth = tank.depth(0.95)
+    coarse = section_coefficients(tank, depth, 850.0, 12)
+    fine = section_coefficients(tank, depth, 850.0, 12, Resolution(30, 7, 22))
+    assert coarse.omega == pytest.approx(fine.omega, rel=2e-6)
+    assert coarse.mu == pytest.approx(fine.mu, rel=5e-6)
+    assert shares(coarse) == pytest.approx(shares(fine), abs=1e-6)
+
+
 @SHAPES
 @pytest.mark.parametrize('fill_ratio', [0.1, 0.9])
 def test_modes_carry_the_hydrostatic_moment_and_less_than_the_mass(

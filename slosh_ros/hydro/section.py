@@ -34,7 +34,7 @@ from slosh_ros.hydro.coefficients import (
 )
 from slosh_ros.hydro.hyperbolic import sinh_ratio
 from slosh_ros.hydro.section_functions import Parity, SectionFunctions
-from slosh_ros.hydro.section_mesh import DEFAULT, Resolution, half_section
+from slosh_ros.hydro.section_mesh import Resolution, fitting, half_section
 from slosh_ros.hydro.section_triangles import (
     DEFAULT_TRIANGLES,
     TriangleResolution,
@@ -164,7 +164,8 @@ def _full(
         assert isinstance(section, SymmetricSection)
         assert not isinstance(resolution, TriangleResolution)
         half = section.moments(depth / 2.0)
-        functions = half_section(section, depth / 2.0, resolution or DEFAULT).mirrored()
+        chosen = resolution or fitting(section, depth / 2.0, np.pi / length)
+        functions = half_section(section, depth / 2.0, chosen).mirrored()
         moments = SectionMoments(2.0 * half.area, 0.0, 2.0 * half.yy, 2.0 * half.zz, ())
         middle = np.array([0.0, 0.0, -depth / 2.0])
     shift = (np.pi / max(length, *section.bounding_box)) ** 2
@@ -186,15 +187,15 @@ def _functions(
 ) -> Sequence[SectionFunctions]:
     """Discretise the section: splines on half of a smooth one, triangles in a polygon."""
     section = tank.section
+    width = moments.width or section.bounding_box[0]  # a full section has no surface
+    across = max(_WAVES * half_waves(modes, tank.length, width), _FEWEST_WAVES)
+    waves = np.pi / tank.length, np.pi / width * across
     if isinstance(section, Polygon):
         assert not isinstance(resolution, Resolution)
-        width = moments.width or section.bounding_box[0]  # a full section has no surface
-        across = max(_WAVES * half_waves(modes, tank.length, width), _FEWEST_WAVES)
-        waves = np.pi / tank.length, np.pi / width * across
         return polygon_functions(section, depth, waves, resolution or DEFAULT_TRIANGLES)
     assert isinstance(section, SymmetricSection)
     assert not isinstance(resolution, TriangleResolution)
-    half = half_section(section, depth, resolution or DEFAULT)
+    half = half_section(section, depth, resolution or fitting(section, depth, waves[1]))
     return [half.whole(parity) for parity in (Parity.EVEN, Parity.ODD)]
 
 

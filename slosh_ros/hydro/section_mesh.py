@@ -65,6 +65,36 @@ class Resolution:
 
 
 DEFAULT = Resolution()
+_WAVES = 12.0  # half-waves across the surface that it serves
+_MORE_SPANS, _MORE_DEGREES = 1.0, 0.4  # for each half-wave more
+# Under a roof that is much wider than the liquid is deep, the fan is bent sharply.
+_FLAT, _FLAT_DEGREES = 1.5, 8.0
+_MOST_SPANS, _MOST_DEGREE = 60, 22  # Bernstein polynomials of higher degree lose their digits
+
+
+def fitting(section: SymmetricSection, depth: float, wave_number: float) -> Resolution:
+    """
+    Resolution that gives waves up to a wave number [1/m] five digits.
+
+    Parameters
+    ----------
+    section : Section
+        The section.
+    depth : float
+        Depth of the liquid [m].
+    wave_number : float
+        Largest of interest [1/m].
+    """
+    half_width = section.moments(depth).half_width
+    reach = float(section.wall(depth, np.linspace(0.0, 1.0, 65))[0].max())
+    flat = max(reach / depth - _FLAT, 0.0) if reach > half_width * (1.0 + _FOUND) else 0.0
+    more = max(2.0 * wave_number * half_width / np.pi - _WAVES, 0.0)
+    degree = DEFAULT.fan_degree + max(_FLAT_DEGREES * flat, _MORE_DEGREES * more)
+    return Resolution(
+        spans=min(DEFAULT.spans + int(_MORE_SPANS * more), _MOST_SPANS),
+        degree=DEFAULT.degree,
+        fan_degree=min(int(degree), _MOST_DEGREE),
+    )
 
 
 @dataclass(frozen=True, eq=False)

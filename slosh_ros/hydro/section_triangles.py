@@ -14,6 +14,7 @@ for k from 0 to the shortest mode's wave number. Those for a few k span all othe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -45,7 +46,7 @@ _NEAR_END = 0.1  # [half-waves]
 _LEAST_DEGREE = 3
 _REGULAR = 3.0  # exponent of a corner that needs no layers
 _SHARP_EXPONENT, _SHARP_STRENGTH = 1.05, 0.1  # at most, at least: of a corner that juts in
-_LOADS = 12  # polynomials on each piece of the free surface, and two for each half-wave
+_LOADS = 7  # polynomials on each piece of the free surface, and two for each half-wave
 _SHIFTS_PER_DECADE = 3.0
 _STEADY = 1e-4  # k that stands for 0, for which K + k^2 M is singular, over the largest k
 _DEPENDENT = 1e-13  # [-] share of the Gram matrix that is rounding
@@ -524,9 +525,13 @@ def _reduced(
     roll = odd * both * integrals.roll[chosen]
 
     loads = np.column_stack([_surface_loads(mesh, wave_numbers[1])[chosen], roll, m @ y, m @ z])
-    if even:  # a uniform load only lifts the constant, which is there anyway
-        loads -= np.outer(m @ one, one @ loads) / (one @ (m @ one))
-    basis = _basis(k, m, loads, np.column_stack([one, y, z]), wave_numbers)
+
+    def balanced(loads: Array) -> Array:
+        """Take out the uniform load: it only lifts the constant, which is there anyway."""
+        return loads - np.outer(m @ one, one @ loads) / (one @ (m @ one)) if even else loads
+
+    known = np.column_stack([one, y, z])
+    basis = _basis(k, m, s, loads, known, wave_numbers, balanced)
 
     def project(matrix: csc_matrix) -> Array:
         return np.asarray(basis.T @ (matrix @ basis))
@@ -559,14 +564,17 @@ def _reduced(
 def _basis(
     stiffness: csc_matrix,
     mass: csc_matrix,
+    surface_mass: csc_matrix,
     loads: Array,
     known: Array,
     wave_numbers: tuple[float, float],
+    balanced: Callable[[Array], Array],
 ) -> Array:
     """Basis of the known functions and of the solutions for some k, by columns."""
     low, high = wave_numbers
     decades = max(np.log10(high / low), 0.0)
     some = np.geomspace(low, max(low, high), 2 + int(np.ceil(_SHIFTS_PER_DECADE * decades)))
+    loads = balanced(loads)
     solutions = [known]
     for k in [_STEADY * high, *some]:
         # symmetric and positive: no pivoting
@@ -576,8 +584,24 @@ def _basis(
             diag_pivot_thresh=0.0,
             options={'SymmetricMode': True},
         )
-        solutions.append(factors.solve(loads))
-    vectors = np.hstack(solutions)
+        first = factors.solve(loads)
+        # The waves are loads themselves, with all that corners near the surface do to them.
+        waves = _waves(first, loads, surface_mass)
+        solutions += [first, factors.solve(balanced(surface_mass @ waves))]
+    return _independent(np.hstack(solutions))
+
+
+def _waves(solutions: Array, loads: Array, surface_mass: csc_matrix) -> Array:
+    """Lower half of the modes that are made up of solutions for one k, by columns."""
+    energy, shapes = eigh(solutions.T @ loads)
+    there = energy > np.finfo(float).eps ** 0.75 * energy[-1]
+    scaled = solutions @ (shapes[:, there] / np.sqrt(energy[there]))
+    _, shapes = eigh(scaled.T @ (surface_mass @ scaled))
+    return np.asarray(scaled @ shapes[:, len(shapes) // 2 :])
+
+
+def _independent(vectors: Array) -> Array:
+    """Orthonormal combinations of vectors, without those that are rounding."""
     size = np.sqrt(np.sum(vectors**2, axis=0))
     vectors = vectors[:, size > 0.0] / size[size > 0.0]
     weight, shapes = eigh(vectors.T @ vectors)
