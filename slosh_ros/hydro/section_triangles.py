@@ -7,9 +7,11 @@ errors then fall exponentially with the cube root of the number of functions (Gu
 Comput. Mech. 1). Straight walls are met exactly.
 
 The triangles' functions are too many for a dense eigenproblem. What is needed of them are the
-solutions of (K + k^2 M) v = load for smooth loads on the free surface and for the tank's rotation,
-for k from 0 to the shortest mode's wave number. Those for a few k span all others to many digits
-(rational Krylov space: Ruhe 1984, Linear Algebra Appl. 58); a basis of them is what goes on.
+solutions of (K + k^2 M) v = load for the waves on the free surface and for the tank's rotation,
+for k from 0 to the shortest mode's wave number. Those for a few k, with their derivatives by k^2,
+span all others to many digits (rational Krylov space: Ruhe 1984, Linear Algebra Appl. 58); a basis
+of them is what goes on. Where corners are near the surface, waves are no polynomials: a few
+polynomials are the first loads, the lowest waves among their solutions the next ones.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse import csc_matrix, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 from scipy.special import eval_jacobi, roots_jacobi
 
 from slosh_ros.errors import InputError
@@ -40,16 +42,17 @@ _CUT = 0.2  # ratio of sizes of triangles from one layer around a corner to the 
 # Fall of the degree from a size of triangles to half that size. It is slower around sharp corners,
 # and around the ends of the surface: there the highest wave is read off, which is no energy, so
 # that its error is not squared.
-_SLOPE, _SLOPE_AT_ENDS, _SLOPE_SHARP = 0.9, 0.7, 0.5
-_AT_ENDS = 1e-4  # share of the error left to a corner that is left to one near an end
+_SLOPE, _SLOPE_AT_ENDS, _SLOPE_SHARP = 0.9, 0.7, 0.3
+_AT_ENDS = 1e-5  # share of the error left to a corner that is left to one near an end
 _NEAR_END = 0.1  # [half-waves]
 _LEAST_DEGREE = 3
 _REGULAR = 3.0  # exponent of a corner that needs no layers
 _SHARP_EXPONENT, _SHARP_STRENGTH = 1.05, 0.1  # at most, at least: of a corner that juts in
-_LOADS = 7  # polynomials on each piece of the free surface, and two for each half-wave
-_SHIFTS_PER_DECADE = 3.0
+_LOADS = 6  # polynomials on each piece of the free surface, and two for each half-wave
+_SHIFTS_PER_DECADE = 1.5
 _STEADY = 1e-4  # k that stands for 0, for which K + k^2 M is singular, over the largest k
 _DEPENDENT = 1e-13  # [-] share of the Gram matrix that is rounding
+_PANEL = 4  # columns that SuperLU takes together: of these matrices they are short
 _FOUND = 1e-5  # [widths of the section] that a point may lie outside, for rounding
 
 
@@ -68,9 +71,9 @@ class TriangleResolution:
         Error of an energy that is left to a corner.
     """
 
-    degree: int = 9
-    half_waves: float = 1.0
-    corner: float = 1e-7
+    degree: int = 8
+    half_waves: float = 0.8
+    corner: float = 1e-6
 
 
 DEFAULT_TRIANGLES = TriangleResolution()
@@ -104,15 +107,18 @@ def polygon_functions(
     outline = section.liquid_outline(depth)
     if not section.is_symmetric:
         mesh = _mesh(outline, False, wave_numbers[1], resolution)
-        return (_reduced(mesh, _integrals(mesh), Parity.NONE, wave_numbers),)
+        integrals = _integrals(mesh)
+        return (_reduced(mesh, integrals, _order(integrals), Parity.NONE, wave_numbers),)
     # y > 0 is below zero once turned clockwise
     turned = np.stack([outline[:, 1], -outline[:, 0]], axis=1)
     (half,) = below(turned, ROUNDING * max(section.bounding_box))
     right = np.stack([-half[:, 1], half[:, 0]], axis=1) + 0.0
     mesh = _mesh(right, True, wave_numbers[1], resolution)
     integrals = _integrals(mesh)
+    order = _order(integrals)
     return tuple(
-        _reduced(mesh, integrals, parity, wave_numbers) for parity in (Parity.EVEN, Parity.ODD)
+        _reduced(mesh, integrals, order, parity, wave_numbers)
+        for parity in (Parity.EVEN, Parity.ODD)
     )
 
 
@@ -504,18 +510,37 @@ def _pieces(sides: Array) -> list[tuple[float, float]]:
 # --- the reduced basis ---------------------------------------------------------------------------
 
 
+def _order(integrals: _Integrals) -> NDArray[np.intp]:
+    """Order in which the functions are eliminated, for any k and either parity."""
+    places = _factors(integrals.stiffness + integrals.mass, 'MMD_AT_PLUS_A').perm_c
+    return np.argsort(places)
+
+
+def _factors(matrix: csc_matrix, order: str = 'NATURAL') -> SuperLU:
+    """Factorise a matrix that is symmetric and positive: no pivoting."""
+    return splu(
+        matrix,
+        permc_spec=order,
+        diag_pivot_thresh=0.0,
+        panel_size=_PANEL,
+        options={'SymmetricMode': True},
+    )
+
+
 def _reduced(
-    mesh: _Mesh, integrals: _Integrals, parity: Parity, wave_numbers: tuple[float, float]
+    mesh: _Mesh,
+    integrals: _Integrals,
+    order: NDArray[np.intp],
+    parity: Parity,
+    wave_numbers: tuple[float, float],
 ) -> SectionFunctions:
     """Few combinations of the functions that hold the solutions for all k."""
     both = 1.0 if parity == Parity.NONE else 2.0  # halves of the section
-    inside = np.ones(mesh.count, dtype=bool)
+    chosen = order
     if parity == Parity.ODD:
-        on_axis = mesh.side_functions[mesh.on_axis]
-        inside[on_axis[on_axis >= 0]] = False
-    chosen = np.flatnonzero(inside)
+        chosen = chosen[np.isin(chosen, mesh.side_functions[mesh.on_axis], invert=True)]
     k, m, s, wall_mass, wall_stiffness = (
-        both * matrix[chosen][:, chosen].tocsc() for matrix in integrals[:5]
+        both * matrix[chosen][:, chosen].sorted_indices() for matrix in integrals[:5]
     )
     # of odd functions the integrals of even ones vanish, and the other way round
     even, odd = (float(parity != other) for other in (Parity.ODD, Parity.EVEN))
@@ -556,7 +581,7 @@ def _reduced(
         surface_root=shapes[:, there] * np.sqrt(weight[there]),
         surface_one=basis.T @ (s @ one),
         surface_y=basis.T @ (s @ y),
-        at_surface=lambda places: finder.values(np.stack([places, 0.0 * places], axis=1)),
+        at_surface=finder.at_surface,
         at=finder.values,
     )
 
@@ -573,21 +598,19 @@ def _basis(
     """Basis of the known functions and of the solutions for some k, by columns."""
     low, high = wave_numbers
     decades = max(np.log10(high / low), 0.0)
-    some = np.geomspace(low, max(low, high), 2 + int(np.ceil(_SHIFTS_PER_DECADE * decades)))
+    some = np.geomspace(low, max(low, high), 2 + int(np.round(_SHIFTS_PER_DECADE * decades)))
     loads = balanced(loads)
+    places = mass.indices, mass.indptr
     solutions = [known]
     for k in [_STEADY * high, *some]:
-        # symmetric and positive: no pivoting
-        factors = splu(
-            stiffness + k**2 * mass,
-            permc_spec='MMD_AT_PLUS_A',
-            diag_pivot_thresh=0.0,
-            options={'SymmetricMode': True},
-        )
+        both = stiffness.data + k**2 * mass.data  # on the same triangles, at the same places
+        factors = _factors(csc_matrix((both, *places), shape=mass.shape))
         first = factors.solve(loads)
-        # The waves are loads themselves, with all that corners near the surface do to them.
+        # The waves are loads themselves, with all that corners near the surface do to them, and
+        # the derivative by k^2 tells of what goes on until the next k.
         waves = _waves(first, loads, surface_mass)
-        solutions += [first, factors.solve(balanced(surface_mass @ waves))]
+        more = np.hstack([surface_mass @ waves, mass @ first])
+        solutions += [first, factors.solve(balanced(more))]
     return _independent(np.hstack(solutions))
 
 
@@ -654,6 +677,20 @@ class _Finder:
         shape = len(points), len(self.basis)
         entries = csr_matrix(((side * v).T.ravel(), (rows, columns)), shape=shape)
         return np.asarray(entries @ self.basis)
+
+    def at_surface(self, y: Array) -> Array:
+        """Values of the functions at places of the free surface, shape (p, r)."""
+        sides = np.flatnonzero(self.mesh.on_surface)
+        right = self.mesh.points[self.mesh.sides[sides], 0].max(axis=1)
+        sides, right = sides[np.argsort(right)], np.sort(right)
+        away = y if self.parity == Parity.NONE else np.abs(y)
+        side = sides[np.minimum(np.searchsorted(right, away), len(sides) - 1)]
+        begin, end = self.mesh.points[self.mesh.sides[side], 0].T
+        share = np.clip((away - begin) / (end - begin), 0.0, 1.0)
+        v, _ = _side_shapes(share, self.mesh.degree)
+        sign = np.sign(y) if self.parity == Parity.ODD else np.ones_like(y)
+        own = self.basis[self.mesh.side_functions[side]]
+        return np.asarray(np.einsum('fp,pfr->pr', sign * v, own))
 
     def _found(self, points: Array) -> tuple[Indices, Array]:
         """Return triangles, and places L in them, shape (3, p)."""
