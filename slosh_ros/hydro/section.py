@@ -81,7 +81,7 @@ def section_coefficients(
     ------
     InputError
         If the liquid is not one pool, or the section too intricate or far from convex. So is a
-        film over a shelf that is a thousand times as wide.
+        film over a shelf that is thousands of times as wide.
     """
     if depth == tank.height:
         return _full(tank, density, resolution)
