@@ -48,8 +48,6 @@ _NEAR_END = 0.1  # [half-waves]
 _LEAST_DEGREE = 3
 _REGULAR = 3.0  # exponent of a corner that needs no layers
 _SHARP_EXPONENT, _SHARP_STRENGTH = 1.05, 0.1  # at most, at least: of a corner that juts in
-_LOADS = 6  # polynomials on each piece of the free surface, and two for each half-wave
-_SHIFTS_PER_DECADE = 1.5
 _STEADY = 1e-4  # k that stands for 0, for which K + k^2 M is singular, over the largest k
 _DEPENDENT = 1e-13  # [-] share of the Gram matrix that is rounding
 _PANEL = 4  # columns that SuperLU takes together: of these matrices they are short
@@ -69,11 +67,18 @@ class TriangleResolution:
         Largest triangle at the free surface, in half-waves of the shortest mode.
     corner : float
         Error of an energy that is left to a corner.
+    loads : int
+        Polynomials on each piece of the free surface that are the first loads, besides two for
+        each half-wave.
+    poles : float
+        Wave numbers k for which they are solved for, per decade, besides three.
     """
 
     degree: int = 8
     half_waves: float = 0.8
     corner: float = 1e-6
+    loads: int = 6
+    poles: float = 1.5
 
 
 DEFAULT_TRIANGLES = TriangleResolution()
@@ -108,7 +113,9 @@ def polygon_functions(
     if not section.is_symmetric:
         mesh = _mesh(outline, False, wave_numbers[1], resolution)
         integrals = _integrals(mesh)
-        return (_reduced(mesh, integrals, _order(integrals), Parity.NONE, wave_numbers),)
+        return (
+            _reduced(mesh, integrals, _order(integrals), Parity.NONE, wave_numbers, resolution),
+        )
     # y > 0 is below zero once turned clockwise
     turned = np.stack([outline[:, 1], -outline[:, 0]], axis=1)
     (half,) = below(turned, ROUNDING * max(section.bounding_box))
@@ -117,7 +124,7 @@ def polygon_functions(
     integrals = _integrals(mesh)
     order = _order(integrals)
     return tuple(
-        _reduced(mesh, integrals, order, parity, wave_numbers)
+        _reduced(mesh, integrals, order, parity, wave_numbers, resolution)
         for parity in (Parity.EVEN, Parity.ODD)
     )
 
@@ -477,7 +484,7 @@ def _integrals(mesh: _Mesh) -> _Integrals:
     )
 
 
-def _surface_loads(mesh: _Mesh, wave_number: float) -> Array:
+def _surface_loads(mesh: _Mesh, wave_number: float, least: int) -> Array:
     """Integrals over the free surface of the functions times smooth loads, shape (n, l)."""
     sides = mesh.points[mesh.sides[mesh.on_surface], 0]
     functions = mesh.side_functions[mesh.on_surface]
@@ -485,7 +492,7 @@ def _surface_loads(mesh: _Mesh, wave_number: float) -> Array:
     for left, right in _pieces(sides):
         inside = (sides.min(axis=1) >= left) & (sides.max(axis=1) <= right)
         begin, end = sides[inside].T[..., np.newaxis]
-        degree = _LOADS + int(np.ceil(2.0 * wave_number * (right - left) / np.pi))
+        degree = least + int(np.ceil(2.0 * wave_number * (right - left) / np.pi))
         share, weight = np.polynomial.legendre.leggauss((mesh.degree + degree) // 2 + 1)
         share = (1.0 + share) / 2.0
         y = begin + share * (end - begin)
@@ -533,6 +540,7 @@ def _reduced(
     order: NDArray[np.intp],
     parity: Parity,
     wave_numbers: tuple[float, float],
+    resolution: TriangleResolution,
 ) -> SectionFunctions:
     """Few combinations of the functions that hold the solutions for all k."""
     both = 1.0 if parity == Parity.NONE else 2.0  # halves of the section
@@ -549,14 +557,19 @@ def _reduced(
     z = even * mesh.linear(mesh.points[:, 1])[chosen]
     roll = odd * both * integrals.roll[chosen]
 
-    loads = np.column_stack([_surface_loads(mesh, wave_numbers[1])[chosen], roll, m @ y, m @ z])
+    at_surface = _surface_loads(mesh, wave_numbers[1], resolution.loads)[chosen]
+    loads = np.column_stack([at_surface, roll, m @ y, m @ z])
 
     def balanced(loads: Array) -> Array:
         """Take out the uniform load: it only lifts the constant, which is there anyway."""
         return loads - np.outer(m @ one, one @ loads) / (one @ (m @ one)) if even else loads
 
     known = np.column_stack([one, y, z])
-    basis = _basis(k, m, s, loads, known, wave_numbers, balanced)
+    decades = max(np.log10(wave_numbers[1] / wave_numbers[0]), 0.0)
+    count = 2 + int(np.round(resolution.poles * decades))
+    poles = np.geomspace(wave_numbers[0], max(wave_numbers), count)
+    poles = np.append(_STEADY * wave_numbers[1], poles)
+    basis = _basis(k, m, s, loads, known, poles, balanced)
 
     def project(matrix: csc_matrix) -> Array:
         return np.asarray(basis.T @ (matrix @ basis))
@@ -592,17 +605,14 @@ def _basis(
     surface_mass: csc_matrix,
     loads: Array,
     known: Array,
-    wave_numbers: tuple[float, float],
+    poles: Array,
     balanced: Callable[[Array], Array],
 ) -> Array:
     """Basis of the known functions and of the solutions for some k, by columns."""
-    low, high = wave_numbers
-    decades = max(np.log10(high / low), 0.0)
-    some = np.geomspace(low, max(low, high), 2 + int(np.round(_SHIFTS_PER_DECADE * decades)))
     loads = balanced(loads)
     places = mass.indices, mass.indptr
     solutions = [known]
-    for k in [_STEADY * high, *some]:
+    for k in poles.tolist():
         both = stiffness.data + k**2 * mass.data  # on the same triangles, at the same places
         factors = _factors(csc_matrix((both, *places), shape=mass.shape))
         first = factors.solve(loads)
