@@ -22,7 +22,7 @@ from slosh_ros.errors import InputError
 from slosh_ros.hydro import coefficients_of, volume, volume_sweep
 from slosh_ros.hydro.volume import VolumeResolution, volume_coefficients
 from slosh_ros.hydro.volume_sweep import VolumeSweep
-from slosh_ros.tank import rectangular
+from slosh_ros.tank import rectangular, section_x
 
 pytestmark = pytest.mark.dear
 
@@ -535,3 +535,26 @@ def test_sweep_on_the_terminal_has_units_and_one_row_a_fill() -> None:
 def test_a_sweep_that_is_none_is_refused(fill: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
         modes('--fill', fill)
+
+
+def test_a_section_with_a_shelf_has_no_table_and_is_filled_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Just above the shelf the liquid is a film on it: no table goes over that."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    tee = [-0.3, 0.0, 0.3, 0.0, 0.3, 1.0, 1.0, 1.0, 1.0, 1.5, -1.0, 1.5, -1.0, 1.0, -0.3, 1.0]
+    drive = Drive(
+        {
+            'tank.shape': 'section_x', 'tank.points': tee, 'tank.length': 3.0, 'tank.modes': 2,
+            'tank.fill_ratio': 0.2, 'tank.damping_ratio': 0.05,
+        }
+    )  # fmt: skip
+    with pytest.raises(InputError, match='too small to be computed'):
+        drive.engine.prepare_fills()
+    for fill in (0.3, 0.9):  # under the shelf and above
+        drive.engine.solve_fill('tank', fill)
+        assert drive.engine.set_fill('tank', fill)
+        assert drive.one().total[2] == pytest.approx(-1000.0 * 3.0 * 1.6 * fill * G)
+        found, tank = drive.engine.tanks[0].coefficients, section_x(tee, 3.0)
+        exact = coefficients_of(tank, tank.depth(fill), 1000.0, found.names)
+        assert found.omega == pytest.approx(exact.omega, rel=1e-12)

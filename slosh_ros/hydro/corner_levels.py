@@ -46,7 +46,8 @@ def corner_levels(tank: Tank) -> list[CornerLevel]:
         return []
     levels: list[CornerLevel] = []
     for i in np.argsort(-turn)[: np.count_nonzero(turn > _BLUNT)].tolist():
-        corner = CornerLevel(float(level[i]) + tank.height / 2.0, float(turn[i]))
+        depth = min(max(float(level[i]) + tank.height / 2.0, 0.0), tank.height)
+        corner = CornerLevel(depth, float(turn[i]))
         apart = min((abs(corner.depth - other.depth) for other in levels), default=np.inf)
         if len(levels) < _MOST and apart > _NEAR * tank.height:
             levels.append(corner)

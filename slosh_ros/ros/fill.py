@@ -157,6 +157,7 @@ class FillInput:
         self._take_solved()
         if over and not self._told:
             self._tell_errors()
+            self._failed.clear()  # where there is no table, more is solved for alone
             for name in self._names:  # as it is tabulated
                 self._set(name, self._engine.fill_ratio(name))
         for name, ratio in list(self._wanted.items()):
