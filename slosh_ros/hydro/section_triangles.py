@@ -74,8 +74,8 @@ class TriangleResolution:
         Wave numbers k for which they are solved for, per decade, besides three.
     """
 
-    degree: int = 8
-    half_waves: float = 0.8
+    degree: int = 9
+    half_waves: float = 1.0
     corner: float = 1e-6
     loads: int = 6
     poles: float = 1.5
