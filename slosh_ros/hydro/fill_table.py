@@ -61,6 +61,16 @@ _LEVEL = 1e-9  # [heights] what is above the surface by less is at it
 _SAME_PLACE = 2e-3  # [m] by which a point may have been moved into the liquid
 
 
+def angle_at(depth: float, height: float) -> float:
+    """Angle t that takes the place of a depth of the liquid [m] in a tank of a height [m]."""
+    return 2.0 * float(np.arctan2(np.sqrt(depth), np.sqrt(height - depth)))
+
+
+def depth_at(angle: float, height: float) -> float:
+    """Depth [m] that an angle t stands for."""
+    return height * float(np.sin(angle / 2.0)) ** 2
+
+
 @dataclass(frozen=True)
 class Start:
     """
@@ -130,8 +140,8 @@ class _Interval:
     """
     Nodes of an interval of t, and the polynomial through them.
 
-    Where the wall has a corner at its beginning, it is a polynomial in the cube root of the way
-    from there. Just above the corner, the wave at the wall changes as a broken power of that way.
+    Where the wall has a sharp corner at its beginning, it is a polynomial in the cube root of the
+    way from there. Just above it, the wave at the wall changes as a broken power of that way.
     Just below a corner there is nothing of that: the liquid does not know the wall above.
     """
 
@@ -546,10 +556,10 @@ class FillTable:
     # --- the angle ---
 
     def _angle(self, depth: float) -> float:
-        return 2.0 * float(np.arctan2(np.sqrt(depth), np.sqrt(self.tank.height - depth)))
+        return angle_at(depth, self.tank.height)
 
     def _depth(self, angle: float) -> float:
-        return self.tank.height * float(np.sin(angle / 2.0)) ** 2
+        return depth_at(angle, self.tank.height)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from slosh_ros.errors import InputError
 from slosh_ros.hydro.coefficients import ModalCoefficients, mode_name, mode_numbers
 from slosh_ros.hydro.corner_levels import corner_levels
-from slosh_ros.hydro.fill_table import FILL_RANGE, Start
+from slosh_ros.hydro.fill_table import FILL_RANGE, Start, angle_at, depth_at
 from slosh_ros.hydro.volume import DEFAULT, VolumeResolution, fits, volume_coefficients
 from slosh_ros.hydro.volume_modes import SplinePotentials
 from slosh_ros.hydro.volume_surface import likeness
@@ -182,10 +182,10 @@ class VolumeSweep:
         return volume_coefficients(self._tank, start.depth, 1.0, both, self._resolution)
 
     def _angle(self, depth: float) -> float:
-        return float(2.0 * np.arcsin(np.sqrt(depth / self._tank.height)))
+        return angle_at(depth, self._tank.height)
 
     def _depth(self, angle: float) -> float:
-        return self._tank.height * float(np.sin(angle / 2.0)) ** 2
+        return depth_at(angle, self._tank.height)
 
     def _apart(self, a: float, b: float) -> float:
         return abs(self._angle(a) - self._angle(b))
